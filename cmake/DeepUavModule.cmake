@@ -1,0 +1,27 @@
+# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...])
+#
+# One library target of the folder's sources, and one test program of its *_test.cc. DEPENDS are the modules whose headers
+# this one may include: tests/include_graph_test.py holds the sources to them.
+function(deepuav_module NAME)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LINK;TEST_LINK" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
+  set(tests ${sources})
+  list(FILTER sources EXCLUDE REGEX "_test\\.cc$")
+  list(FILTER tests INCLUDE REGEX "_test\\.cc$")
+  list(TRANSFORM ARG_DEPENDS PREPEND "deepuav_")
+
+  if(sources)
+    add_library(deepuav_${NAME} STATIC ${sources})
+    target_link_libraries(deepuav_${NAME} PUBLIC deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
+  else()
+    add_library(deepuav_${NAME} INTERFACE)
+    target_link_libraries(deepuav_${NAME} INTERFACE deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
+  endif()
+
+  if(tests)
+    add_executable(deepuav_${NAME}_test ${tests})
+    target_link_libraries(deepuav_${NAME}_test PRIVATE deepuav_${NAME} ${ARG_TEST_LINK} GTest::gmock GTest::gtest_main)
+    gtest_discover_tests(deepuav_${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_MODE PRE_TEST
+      PROPERTIES TIMEOUT 300)
+  endif()
+endfunction()

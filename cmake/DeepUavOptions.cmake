@@ -1,0 +1,29 @@
+option(DEEPUAV_BENCH "Build the micro benchmarks" ON)
+set(DEEPUAV_SANITIZER "" CACHE STRING "address (with undefined), thread or empty")
+set(DEEPUAV_ARCH "x86-64-v3" CACHE STRING "-march= on x86-64; one level for all, so results do not depend on the machine that built")
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+# Compile and link settings that every target of the project shares.
+add_library(deepuav_settings INTERFACE)
+target_compile_options(deepuav_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND DEEPUAV_ARCH)
+  target_compile_options(deepuav_settings INTERFACE -march=${DEEPUAV_ARCH})
+endif()
+target_include_directories(deepuav_settings INTERFACE ${PROJECT_SOURCE_DIR}/src)
+
+if(DEEPUAV_SANITIZER STREQUAL "address")
+  set(sanitizer_flags -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+elseif(DEEPUAV_SANITIZER STREQUAL "thread")
+  set(sanitizer_flags -fsanitize=thread -fno-omit-frame-pointer)
+elseif(DEEPUAV_SANITIZER)
+  message(FATAL_ERROR "DEEPUAV_SANITIZER is '${DEEPUAV_SANITIZER}': expected address, thread or nothing")
+endif()
+if(sanitizer_flags)
+  target_compile_options(deepuav_settings INTERFACE ${sanitizer_flags} -O1 -g)
+  target_link_options(deepuav_settings INTERFACE ${sanitizer_flags})
+endif()

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "deepuav/estimation/motion_only.h"
+
+namespace deepuav {
+
+struct AbsolutePoseOptions {
+  double max_error_px = 4;     ///< Inlier bound of the robust estimate.
+  double confidence = 0.999;   ///< Of the RANSAC.
+  int max_iterations = 500;
+  int min_inliers = 12;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("max_error_px", max_error_px, "px", "reprojection error of an inlier of the robust pose");
+    visit("confidence", confidence, "", "confidence of the RANSAC");
+    visit("max_iterations", max_iterations, "", "most samples of the RANSAC");
+    visit("min_inliers", min_inliers, "", "fewest inliers of a pose that counts");
+  }
+};
+
+struct AbsolutePose {
+  SE3 cam_from_world;
+  std::vector<uint8_t> inlier;  ///< One per observation.
+  int inlier_count = 0;
+};
+
+/// The camera pose from 2-D to 3-D matches with outliers (P3P in a locally optimised RANSAC: OpenCV's USAC, seeded with
+/// `seed`). Nothing with fewer than min_inliers inliers in front of the camera.
+std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,
+                                                 const std::vector<PoseObservation>& observations, uint64_t seed,
+                                                 const AbsolutePoseOptions& options);
+
+}  // namespace deepuav
