@@ -1,9 +1,10 @@
-# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...])
+# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...] [OPENVINO_TESTS filter])
 #
 # One library target of the folder's sources, and one test program of its *_test.cc. DEPENDS are the modules whose headers
-# this one may include: tests/include_graph_test.py holds the sources to them.
+# this one may include: tests/include_graph_test.py holds the sources to them. OPENVINO_TESTS, a filter as of
+# --gtest_filter, picks the tests that run a network; ctest knows them by the label "openvino".
 function(deepuav_module NAME)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;LINK;TEST_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "OPENVINO_TESTS" "DEPENDS;LINK;TEST_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cc$")
@@ -21,7 +22,12 @@ function(deepuav_module NAME)
   if(tests)
     add_executable(deepuav_${NAME}_test ${tests})
     target_link_libraries(deepuav_${NAME}_test PRIVATE deepuav_${NAME} ${ARG_TEST_LINK} GTest::gmock GTest::gtest_main)
-    gtest_discover_tests(deepuav_${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_MODE PRE_TEST
-      PROPERTIES TIMEOUT 300)
+    set(discovery deepuav_${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_MODE PRE_TEST)
+    if(ARG_OPENVINO_TESTS)
+      gtest_discover_tests(${discovery} TEST_FILTER "${ARG_OPENVINO_TESTS}" PROPERTIES TIMEOUT 300 LABELS openvino)
+      gtest_discover_tests(${discovery} TEST_FILTER "-${ARG_OPENVINO_TESTS}" PROPERTIES TIMEOUT 300)
+    else()
+      gtest_discover_tests(${discovery} PROPERTIES TIMEOUT 300)
+    endif()
   endif()
 endfunction()

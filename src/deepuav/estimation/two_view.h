@@ -21,6 +21,8 @@ struct TwoViewOptions {
   int min_inliers = 50;
   double min_parallax_deg = 1.0;   ///< Median over the points.
   double min_front_ratio = 0.9;    ///< Of the inliers, in front of both cameras, for a solution to be kept.
+  double planar_ratio = 0.40;      ///< Homography's share of the two scores above which the scene counts as a plane.
+  double min_support_ratio = 0.75;  ///< Support of a second planar solution relative to the first's.
 
   void Check() const;
   template <typename Visitor>
@@ -31,6 +33,8 @@ struct TwoViewOptions {
     visit("min_inliers", min_inliers, "", "fewest points of a two-view solution");
     visit("min_parallax_deg", min_parallax_deg, "deg", "least median parallax of a two-view solution");
     visit("min_front_ratio", min_front_ratio, "", "share of the inliers that must lie in front of both cameras");
+    visit("planar_ratio", planar_ratio, "", "homography's share of both scores above which the scene counts as a plane");
+    visit("min_support_ratio", min_support_ratio, "", "support of a second planar solution relative to the first's");
   }
 };
 
@@ -44,15 +48,16 @@ struct TwoViewSolution {
 };
 
 struct TwoViewResult {
-  bool planar = false;      ///< The homography explains the pairs as well as the essential matrix does.
+  bool planar = false;      ///< The homography explains the pairs about as well as the essential matrix does.
   double homography_score = 0, essential_score = 0;
   /// By falling support. One from a general scene; up to two from a plane, which only a third view can tell apart.
   std::vector<TwoViewSolution> solutions;
 };
 
 /// Relative pose of two calibrated views: homography and essential matrix estimated side by side and scored on the same
-/// truncated error (Mur-Artal 2015, section IV), the fitting one decomposed. Nothing for too few inliers, too little
-/// parallax or pure rotation.
+/// truncated error (Mur-Artal 2015, section IV). A general scene's essential matrix is decomposed; of a plane, both are,
+/// since either may miss the true one of the two poses that explain it. Nothing for too few inliers, too little parallax
+/// or pure rotation.
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole, const std::vector<PixelPair>& pairs, uint64_t seed,
                                              const TwoViewOptions& options);
 

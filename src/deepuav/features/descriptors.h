@@ -6,8 +6,9 @@
 
 namespace deepuav {
 
-/// L2-normalised descriptors of one dimension, one row each, stored as 8-bit integers with a scale per row: a quarter
-/// of the memory of floats, and the similarity is an integer dot product. Value type; const use is thread-safe.
+/// L2-normalised descriptors of one dimension, one row each, stored as 8-bit integers with a scale
+/// per row: a quarter of the memory of floats, and the similarity is an integer dot product. Value
+/// type; const use is thread-safe.
 class Descriptors {
  public:
   explicit Descriptors(int dimension = 256) : dimension_(dimension) {}
@@ -16,7 +17,8 @@ class Descriptors {
   int dimension() const { return dimension_; }
   void Reserve(int rows);
 
-  /// Appends one L2-normalised row of `dimension` floats. Throws Error for another length or values not finite.
+  /// Appends one L2-normalised row of `dimension` floats. Throws Error for another length or values
+  /// not finite.
   void Append(std::span<const float> row);
   /// Appends row `index` of `other`, of the same dimension.
   void AppendFrom(const Descriptors& other, int index);
@@ -24,10 +26,12 @@ class Descriptors {
   /// Row `index` as floats, into `row` of length `dimension`.
   void Read(int index, std::span<float> row) const;
 
-  /// Cosine similarity of row i here and row j of `other`, in [-1, 1] but for rounding (below 0.005).
+  /// Cosine similarity of row i here and row j of `other`, in [-1, 1] but for rounding (below
+  /// 0.005).
   float Similarity(int i, const Descriptors& other, int j) const;
 
-  /// All similarities, row-major: out[i * other.size() + j]. `out` has size() * other.size() elements.
+  /// All similarities, row-major: out[i * other.size() + j]. `out` has size() * other.size()
+  /// elements.
   void SimilarityMatrix(const Descriptors& other, std::span<float> out) const;
 
  private:

@@ -14,8 +14,8 @@ struct Keypoint {
   float sigma_px = 1;        ///< Standard deviation of `px` per axis.
 };
 
-/// What is kept of an image: key points and their descriptors, row i for key point i, by falling score.
-/// Const after extraction and shared between threads.
+/// What is kept of an image: key points and their descriptors, row i for key point i, by falling
+/// score. Const after extraction and shared between threads.
 struct Features {
   std::vector<Keypoint> keypoints;
   Descriptors descriptors;

@@ -18,8 +18,8 @@ struct GeoFix {
   std::optional<double> altitude_m;
 };
 
-/// A sequence of images of one camera. Frames are numbered from 0 in order of time. Thread-compatible: one user at a
-/// time.
+/// A sequence of images of one camera. Frames are numbered from 0 in order of time.
+/// Thread-compatible: one user at a time.
 class Dataset {
  public:
   virtual ~Dataset() = default;
@@ -31,21 +31,28 @@ class Dataset {
   virtual Timestamp Time(int frame) const = 0;
   /// The file, or the file and the frame's number for a video: for messages.
   virtual std::string Name(int frame) const = 0;
-  /// Throws Error naming the file when the frame cannot be read or has not the camera's size; the next can still be.
+  /// Throws Error naming the file when the frame cannot be read or has not the camera's size; the
+  /// next can still be.
   virtual GreyImage Load(int frame) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
   virtual std::optional<GeoFix> Fix(int /*frame*/) const { return std::nullopt; }
+  /// Whether the calibration is only where to start from, to be refined: taken from EXIF, or
+  /// `model: auto`.
+  virtual bool CalibrationIsApproximate() const { return false; }
 };
 
 /// How a dataset is opened.
 struct DatasetOptions {
-  std::filesystem::path camera_file;  ///< Overrides every other calibration; empty: the dataset's own.
+  std::filesystem::path
+      camera_file;  ///< Overrides every other calibration; empty: the dataset's own.
 };
 
-/// Opens a dataset by its layout: EuRoC/ASL (mav0/), TUM RGB-D (rgb.txt), KITTI odometry (image_0, times.txt,
-/// calib.txt), a folder of photographs with EXIF, or a video file. Throws Error naming file and field for a missing or
-/// wrong calibration, an unknown layout, an empty folder, time stamps that do not grow.
-std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& path, const DatasetOptions& options = {});
+/// Opens a dataset by its layout: EuRoC/ASL (mav0/), TUM RGB-D (rgb.txt), KITTI odometry (image_0,
+/// times.txt, calib.txt), a folder of photographs with EXIF, or a video file. Throws Error naming
+/// file and field for a missing or wrong calibration, an unknown layout, an empty folder, time
+/// stamps that do not grow.
+std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& path,
+                                     const DatasetOptions& options = {});
 
 }  // namespace deepuav

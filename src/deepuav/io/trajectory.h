@@ -16,11 +16,17 @@ struct TimedPose {
 /// Poses by growing time.
 using Trajectory = std::vector<TimedPose>;
 
-/// Reads TUM ("seconds tx ty tz qx qy qz qw"), EuRoC CSV ("ns, px, py, pz, qw, qx, qy, qz, ..."), recognised by their
-/// content. Time stamps are read exactly, without passing through floating point. Throws Error naming file and line.
-Trajectory ReadTrajectory(const std::filesystem::path& file);
+/// Reads TUM ("seconds tx ty tz qx qy qz qw"), EuRoC CSV ("ns, px, py, pz, qw, qx, qy, qz, ..."; of
+/// the body where the file is a state_groundtruth_estimate) or KITTI (12 numbers: [R | t] by rows),
+/// recognised by the first line. KITTI poses take their times from `kitti_times`, one line of
+/// seconds each, else pose i is at i seconds. Time stamps are read exactly, without passing through
+/// floating point. Throws Error naming file and line for what is no number, no rotation, or not in
+/// order of time.
+Trajectory ReadTrajectory(const std::filesystem::path& file,
+                          const std::filesystem::path& kitti_times = {});
 
-/// TUM format, written to a temporary name and renamed. Nine decimals of seconds, exact.
+/// TUM format, written to a temporary name and renamed. Nine decimals: seconds exact, metres to the
+/// nanometre. Throws Error naming the file and the reason, also for a pose that is not finite.
 void WriteTrajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 
 }  // namespace deepuav

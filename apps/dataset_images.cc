@@ -1,0 +1,35 @@
+#include "dataset_images.h"
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+
+namespace deepuav {
+
+DatasetImages::DatasetImages(Dataset* dataset, const FrameRange& range)
+    : dataset_(dataset),
+      start_(range.start),
+      end_(range.end < 0 ? dataset->size() : std::min(range.end, dataset->size())),
+      stride_(range.stride),
+      next_(range.start) {
+  if (stride_ < 1) throw Error("--stride is {}: expected at least 1", stride_);
+  if (start_ < 0 || start_ >= end_) {
+    throw Error("frames {} up to {} of {}: expected at least one frame (--start, --end)", range.start, range.end,
+                dataset->size());
+  }
+}
+
+std::optional<TimedImage> DatasetImages::Next() {
+  while (next_ < end_) {
+    const int frame = next_;
+    next_ += stride_;
+    try {
+      return TimedImage{FrameId{(frame - start_) / stride_}, dataset_->Time(frame), dataset_->Load(frame)};
+    } catch (const Error& error) {
+      ++unreadable_;
+      Log().warn("frame {} left out: {}", frame, error.what());
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "deepuav/io/dataset.h"
+#include "deepuav/system/image_source.h"
+
+namespace deepuav {
+
+/// Which frames of a dataset are run.
+struct FrameRange {
+  int start = 0;   ///< First frame.
+  int end = -1;    ///< One past the last; -1: all.
+  int stride = 1;  ///< Every stride-th.
+};
+
+/// A dataset's images in order; those that cannot be read are logged, counted and left out.
+class DatasetImages : public ImageSource {
+ public:
+  /// `dataset` must outlive it. Throws Error for a range that holds no frame.
+  DatasetImages(Dataset* dataset, const FrameRange& range);
+
+  std::optional<TimedImage> Next() override;
+  int count() const { return (end_ - start_ + stride_ - 1) / stride_; }
+  int unreadable() const { return unreadable_; }
+
+ private:
+  Dataset* dataset_;
+  int start_, end_, stride_;
+  int next_;
+  int unreadable_ = 0;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "deepuav/base/time.h"
+
+namespace deepuav {
+
+/// One line on stderr that tells how far a run is; silent where stderr is no terminal.
+class ProgressBar {
+ public:
+  explicit ProgressBar(int total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// `status`: a few words on the present state.
+  void Advance(int done, const std::string& status);
+
+ private:
+  const int total_;
+  const bool terminal_;
+  Stopwatch running_, since_drawn_;
+};
+
+}  // namespace deepuav

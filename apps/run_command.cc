@@ -1,0 +1,137 @@
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+
+#include "commands.h"
+#include "dataset_images.h"
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/features/superpoint.h"
+#include "deepuav/io/options_file.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "progress_bar.h"
+#include "run_output.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int kSignalStatusBase = 128;
+
+volatile std::sig_atomic_t signal_received = 0;
+
+void RememberSignal(int signal) {
+  signal_received = signal;
+  std::signal(signal, SIG_DFL);  // a second one ends the program at once
+}
+
+/// What the command line says.
+struct RunArguments {
+  std::string dataset, out, config, camera, schedule = "threaded", log_level = "info";
+  std::vector<std::string> assignments;
+  FrameRange range;
+};
+
+/// All options of a run.
+struct RunOptions {
+  SuperPointOptions features;
+  InferenceOptions inference;
+  NearestNeighbourOptions matching;
+  SystemOptions system;
+
+  void Register(OptionRegistry* registry) {
+    registry->Add("features", &features);
+    registry->Add("inference", &inference);
+    registry->Add("matching", &matching);
+    RegisterOptions(&system, registry);
+  }
+};
+
+std::string DefaultCacheFolder() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/deepuav";
+  if (const char* home = std::getenv("HOME")) return std::string(home) + "/.cache/deepuav";
+  return "";
+}
+
+void ReadOptions(const RunArguments& arguments, OptionRegistry* registry) {
+  registry->Set("inference.cache_dir", DefaultCacheFolder());
+  if (!arguments.config.empty()) LoadOptionsFile(arguments.config, registry);
+  for (const std::string& assignment : arguments.assignments) registry->SetAssignment(assignment);
+}
+
+std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
+  std::map<std::string, std::string> texts;
+  for (const auto& [name, entry] : registry.entries()) texts[name] = entry.get();
+  return texts;
+}
+
+void MakeOutputFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error("{}: cannot make the output folder: {}", folder.string(), error.message());
+}
+
+void Run(const RunArguments& arguments) {
+  const Stopwatch since_start;
+  LogToStderr(arguments.log_level);
+  RunOptions options;
+  OptionRegistry registry;
+  options.Register(&registry);
+  ReadOptions(arguments, &registry);
+  options.system.Check();
+  const Schedule schedule = ParseSchedule(arguments.schedule);
+
+  const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
+  DatasetImages images(dataset.get(), arguments.range);
+  MakeOutputFolder(arguments.out);
+  SuperPoint extractor(dataset->camera(), options.features, options.inference);
+  NearestNeighbourMatcher matcher(options.matching);
+  Slam slam(dataset->camera(), options.system, &extractor, &matcher);
+
+  std::signal(SIGINT, RememberSignal);
+  std::signal(SIGTERM, RememberSignal);
+  RunFacts facts{arguments.dataset, dataset->Kind(), arguments.schedule, extractor.Description(),
+                 matcher.Description(), images.count(), 0, 0, 0, OptionTexts(registry)};
+  ProgressBar bar(images.count());
+  const auto show_progress = [&](const FrameRecord& record) {
+    if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
+    bar.Advance(static_cast<int>(record.id.value) + 1, record.located() ? "tracking" : record.reason);
+  };
+  const Stopwatch running;
+  const SlamResult result = slam.Run(&images, schedule, show_progress, [] { return signal_received != 0; });
+  facts.wall_s = running.Seconds();
+  facts.unreadable = images.unreadable();
+  WriteRunOutput(arguments.out, slam.atlas(), result, facts);
+  std::cout << DescribeRun(slam.atlas(), result, facts);
+  if (!result.failure.empty()) throw Error("{} (what was computed is in {})", result.failure, arguments.out);
+  if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};
+  if (result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
+  if (slam.atlas().maps().empty()) {
+    throw Error("{}: no map was started: {}", arguments.dataset, result.frames.back().reason);
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "SLAM over a dataset, a folder of photographs or a video");
+  command->footer(
+      "Example:\n  deepuav run MH_01_easy --out out/mh01 --set features.model=superpoint.onnx\n"
+      "Datasets: EuRoC/ASL, TUM RGB-D, KITTI odometry, photographs with EXIF, video with camera.yaml.");
+  command->add_option("DATASET", arguments->dataset, "Folder or video file")->required();
+  command->add_option("--out", arguments->out, "Folder for the results, made if absent")->required();
+  command->add_option("--config", arguments->config, "YAML file of options");
+  command->add_option("--set", arguments->assignments, "One option as name=value; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--camera", arguments->camera, "Calibration (camera.yaml) that overrides the dataset's");
+  command->add_option("--start", arguments->range.start, "First frame")->capture_default_str();
+  command->add_option("--end", arguments->range.end, "One past the last frame; -1: all")->capture_default_str();
+  command->add_option("--stride", arguments->range.stride, "Every n-th frame")->capture_default_str();
+  command->add_option("--schedule", arguments->schedule, "sequential, threaded or live")->capture_default_str();
+  command->add_option("--log-level", arguments->log_level, "trace, debug, info, warn, error or off")
+      ->capture_default_str();
+  command->callback([arguments] { Run(*arguments); });
+}
+
+}  // namespace deepuav

@@ -1,0 +1,164 @@
+#include "run_output.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "deepuav/io/atomic_file.h"
+#include "deepuav/io/point_cloud.h"
+#include "deepuav/io/trajectory.h"
+
+namespace deepuav {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<int> FramesByMap(const Atlas& atlas, const SlamResult& result) {
+  std::vector<int> frames(atlas.maps().size(), 0);
+  for (const FrameRecord& record : result.frames) {
+    if (record.located()) ++frames[static_cast<size_t>(record.map.value)];
+  }
+  return frames;
+}
+
+/// The map in which most frames lie, the first of equals; invalid where there is none.
+MapId MainMap(const std::vector<int>& frames_by_map) {
+  if (frames_by_map.empty()) return {};
+  return {std::max_element(frames_by_map.begin(), frames_by_map.end()) - frames_by_map.begin()};
+}
+
+Trajectory FrameTrajectory(const SlamResult& result, MapId map) {
+  Trajectory trajectory;
+  for (const FrameRecord& record : result.frames) {
+    if (record.located() && record.map == map) trajectory.push_back({record.time, record.cam_from_world.Inverse()});
+  }
+  return trajectory;
+}
+
+Trajectory KeyframeTrajectory(const Map& map) {
+  Trajectory trajectory;
+  map.keyframes().ForEach([&](const Keyframe& keyframe) {
+    trajectory.push_back({keyframe.frame.time, keyframe.cam_from_world.Inverse()});
+  });
+  std::sort(trajectory.begin(), trajectory.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+  return trajectory;
+}
+
+std::vector<ColoredPoint> Points(const Map& map) {
+  constexpr uint8_t kGrey = 180;
+  std::vector<ColoredPoint> points;
+  map.landmarks().ForEach([&](const Landmark& landmark) {
+    points.push_back(ColoredPoint::Grey(landmark.position_world, kGrey));
+  });
+  return points;
+}
+
+double Quantile(std::vector<double> values, double quantile) {
+  if (values.empty()) return 0;
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+Json StageTable(const SlamResult& result) {
+  Json table = Json::object();
+  for (const auto& [stage, durations] : result.stage_durations_s) {
+    double total_s = 0;
+    for (double seconds : durations) total_s += seconds;
+    table[stage] = {{"count", durations.size()},
+                    {"median_ms", 1e3 * Quantile(durations, 0.5)},
+                    {"p95_ms", 1e3 * Quantile(durations, 0.95)},
+                    {"total_s", total_s}};
+  }
+  return table;
+}
+
+std::string TimingsCsv(const SlamResult& result) {
+  std::string csv = "stage,call,milliseconds\n";
+  for (const auto& [stage, durations] : result.stage_durations_s) {
+    for (size_t i = 0; i < durations.size(); ++i) csv += fmt::format("{},{},{:.4f}\n", stage, i, 1e3 * durations[i]);
+  }
+  return csv;
+}
+
+double PeakResidentMb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+int CountTrackedOnline(const SlamResult& result) {
+  return static_cast<int>(std::count_if(result.frames.begin(), result.frames.end(), [](const FrameRecord& record) {
+    return record.located() && record.tracked_online;
+  }));
+}
+
+Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
+  const std::vector<int> frames = FramesByMap(atlas, result);
+  Json maps = Json::array();
+  for (const Map& map : atlas.maps()) {
+    maps.push_back({{"id", map.id().value},
+                    {"keyframes", map.KeyframeCount()},
+                    {"landmarks", map.LandmarkCount()},
+                    {"frames", frames[static_cast<size_t>(map.id().value)]}});
+  }
+  int located = 0;
+  for (int count : frames) located += count;
+  const auto processed = static_cast<int>(result.frames.size());
+  return {{"version", DEEPUAV_VERSION},
+          {"dataset", {{"path", facts.dataset_path}, {"kind", facts.dataset_kind}}},
+          {"schedule", facts.schedule},
+          {"stopped_early", result.stopped},
+          {"frames",
+           {{"images", facts.images},
+            {"unreadable", facts.unreadable},
+            {"skipped_late", result.skipped_late},
+            {"processed", processed},
+            {"tracked_online", CountTrackedOnline(result)},
+            {"located", located},
+            {"lost", processed - located}}},
+          {"main_map", MainMap(frames).value},
+          {"maps", maps},
+          {"features", facts.features},
+          {"matcher", facts.matcher},
+          {"wall_s", facts.wall_s},
+          {"start_up_s", facts.start_up_s},
+          {"peak_resident_mb", PeakResidentMb()},
+          {"stages", StageTable(result)},
+          {"options", facts.options}};
+}
+
+}  // namespace
+
+void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const SlamResult& result,
+                    const RunFacts& facts) {
+  const MapId main = MainMap(FramesByMap(atlas, result));
+  WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main));
+  WriteTrajectory(folder / "keyframes.txt", main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
+  WritePly(folder / "points.ply", main.valid() ? Points(atlas.At(main)) : std::vector<ColoredPoint>{});
+  for (const Map& map : atlas.maps()) {
+    if (map.id() == main) continue;
+    WriteTrajectory(folder / fmt::format("trajectory-map-{}.txt", map.id().value), FrameTrajectory(result, map.id()));
+  }
+  WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
+  WriteFileAtomically(folder / "summary.json", Summary(atlas, result, facts).dump(2) + "\n");
+}
+
+std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
+  const std::vector<int> frames = FramesByMap(atlas, result);
+  std::string text;
+  for (const Map& map : atlas.maps()) {
+    text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", map.id().value,
+                        frames[static_cast<size_t>(map.id().value)], result.frames.size(), map.KeyframeCount(),
+                        map.LandmarkCount());
+  }
+  text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n", result.frames.size(),
+                      facts.wall_s, static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9),
+                      PeakResidentMb());
+  return text;
+}
+
+}  // namespace deepuav

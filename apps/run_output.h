@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "deepuav/system/slam.h"
+
+namespace deepuav {
+
+/// What a run's summary tells besides its result.
+struct RunFacts {
+  std::string dataset_path, dataset_kind, schedule, features, matcher;
+  int images = 0;      ///< Asked for.
+  int unreadable = 0;  ///< Left out because they could not be read.
+  double wall_s = 0;
+  double start_up_s = 0;  ///< From the start of the program to the first frame's features.
+  std::map<std::string, std::string> options;
+};
+
+/// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav, timings.csv, summary.json. The
+/// first three hold the map in which most frames lie; the frames of another map N go into trajectory-map-N.txt. Each
+/// file appears only once it is complete. Throws Error naming a file that cannot be written.
+void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const SlamResult& result,
+                    const RunFacts& facts);
+
+/// A few lines on how the run went, for a person.
+std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts);
+
+}  // namespace deepuav

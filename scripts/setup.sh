@@ -1,0 +1,95 @@
+#!/usr/bin/env bash
+# Installs what the project needs on Debian 12 and builds it into build/. Safe to run again: what is there is kept.
+#   scripts/setup.sh [--no-build] [--preset release|asan|tsan]
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+readonly openvino_version=2026.4.1
+readonly packages=(
+  build-essential cmake ninja-build ccache pkg-config unzip ca-certificates python3 python3-venv python3-pip
+  libopencv-dev libeigen3-dev libceres-dev libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev
+  nlohmann-json3-dev libboost-dev libgeographiclib-dev libexif-dev libssl-dev libgtest-dev libgmock-dev
+  libbenchmark-dev clang-format clang-tidy
+)
+
+fail() {
+  echo "setup.sh: $1" >&2
+  exit "${2:-1}"
+}
+
+install_packages() {
+  local missing=() package
+  for package in "${packages[@]}"; do
+    [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
+  done
+  if ((${#missing[@]} == 0)); then return; fi
+  local as_root=()
+  if ((EUID != 0)); then
+    command -v sudo >/dev/null || fail "needs root or sudo to install: ${missing[*]}"
+    as_root=(sudo)
+  fi
+  echo "Installing ${missing[*]}"
+  "${as_root[@]}" apt-get update -q
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
+}
+
+# The wheel of OpenVINO carries its C++ headers, libraries and CMake files; its Python part is not used, so one wheel
+# serves whichever Python is installed.
+install_openvino() {
+  local platform sha256
+  case $(uname -m) in
+    x86_64)
+      platform=manylinux_2_28_x86_64
+      sha256=2d22b1da03f7caf74df30e9f6417d0ab2f637e4a38e08e1dcd294d2c37407aaf
+      ;;
+    aarch64)
+      platform=manylinux_2_35_aarch64
+      sha256=bea1eb3733c34ef331adc945da0ccda5937865031139073663be84c517ffda22
+      ;;
+    *) fail "no OpenVINO for $(uname -m): expected x86_64 or aarch64" ;;
+  esac
+  local stamp=.deps/openvino/.wheel wanted="$openvino_version $sha256"
+  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]]; then return; fi
+
+  echo "Downloading OpenVINO $openvino_version"
+  mkdir -p .deps
+  rm -rf .deps/unpacking.*
+  trap 'rm -rf .deps/unpacking.*' EXIT
+  local folder
+  folder=$(mktemp -d .deps/unpacking.XXXXXX)
+  # Debian's own Python, because a Python of the user may lack pip.
+  /usr/bin/python3 -m pip download --quiet --no-deps --only-binary=:all: --implementation cp --python-version 3.11 \
+    --platform "$platform" --dest "$folder" "openvino==$openvino_version"
+  local wheel=("$folder"/openvino-*.whl)
+  echo "$sha256  ${wheel[0]}" | sha256sum --check --quiet || fail "the OpenVINO wheel has another SHA-256 than $sha256"
+  unzip -q "${wheel[0]}" -d "$folder"
+  echo "$wanted" >"$folder/openvino/.wheel"
+  rm -rf .deps/openvino
+  mv "$folder/openvino" .deps/openvino
+}
+
+preset=release
+build=true
+while (($# > 0)); do
+  case $1 in
+    --no-build) build=false ;;
+    --preset)
+      (($# > 1)) || fail "--preset names none: expected release, asan or tsan" 2
+      preset=$2
+      shift
+      ;;
+    *) fail "unknown argument '$1': expected --no-build or --preset NAME" 2 ;;
+  esac
+  shift
+done
+case $preset in
+  release | asan | tsan) ;;
+  *) fail "preset is '$preset': expected release, asan or tsan" 2 ;;
+esac
+
+install_packages
+install_openvino
+if $build; then
+  cmake --preset "$preset"
+  cmake --build --preset "$preset" --parallel "$(nproc)"
+fi

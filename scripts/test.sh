@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Builds everything and runs every test.
+#   scripts/test.sh [--sanitizer address|thread] [CTEST ARGUMENTS...]
+# Tests on real data look for it in $DEEPUAV_SHARED (../shared by default) and are skipped where it is absent.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# Into .venv/, so that tests find evo_ape and evo_rpe on the path.
+install_python_packages() {
+  local requirements=tests/requirements.txt stamp=.venv/.requirements.txt
+  if cmp -s "$requirements" "$stamp"; then return; fi
+  rm -rf .venv
+  /usr/bin/python3 -m venv .venv
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --only-binary=:all: -r "$requirements"
+  cp "$requirements" "$stamp"
+}
+
+preset=release
+if [[ ${1:-} == --sanitizer ]]; then
+  case ${2:-} in
+    address) preset=asan ;;
+    thread) preset=tsan ;;
+    *)
+      echo "test.sh: sanitizer is '${2:-}': expected address or thread" >&2
+      exit 2
+      ;;
+  esac
+  shift 2
+fi
+
+scripts/setup.sh --preset "$preset"
+install_python_packages
+
+if [[ -z ${DEEPUAV_SHARED:-} && -d ../shared ]]; then
+  DEEPUAV_SHARED=$(realpath ../shared)
+  export DEEPUAV_SHARED
+fi
+PATH=$PWD/.venv/bin:$PATH
+# evo keeps its settings, and matplotlib its caches, in the user's folder unless told otherwise.
+export EVO_HOME=$PWD/.venv/evo MPLCONFIGDIR=$PWD/.venv/matplotlib MPLBACKEND=Agg
+
+launcher=()
+# ThreadSanitizer's fixed memory layout does not fit address randomisation of newer kernels.
+if [[ $preset == tsan ]] && setarch -R true 2>/dev/null; then launcher=(setarch -R); fi
+"${launcher[@]}" ctest --preset "$preset" --output-on-failure -j2 "$@"

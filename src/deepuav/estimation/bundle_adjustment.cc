@@ -1,0 +1,161 @@
+#include "deepuav/estimation/bundle_adjustment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "deepuav/base/options.h"
+#include "deepuav/estimation/bundle_linearization.h"
+#include "deepuav/estimation/reduced_camera_system.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kInitialDamping = 1e-4;
+constexpr double kMinDamping = 1e-12;
+constexpr double kMaxDamping = 1e12;
+
+/// The trust of Levenberg-Marquardt (Nielsen 1999, section 2).
+class Damping {
+ public:
+  double value() const { return value_; }
+  bool Exhausted() const { return value_ > kMaxDamping; }
+  void Accept(double gain_ratio) {
+    value_ *= std::max(1.0 / 3, 1 - std::pow(2 * gain_ratio - 1, 3));
+    value_ = std::max(value_, kMinDamping);
+    growth_ = 2;
+  }
+  void Reject() {
+    value_ *= growth_;
+    growth_ *= 2;
+  }
+
+ private:
+  double value_ = kInitialDamping;
+  double growth_ = 2;
+};
+
+/// The share of its depth that a landmark keeps at least in a step, and how often its step is
+/// halved for that.
+constexpr double kMinDepthRatio = 0.1;
+constexpr int kMaxHalvings = 4;
+
+/// Whether a landmark that was in front of a camera would be left with less than kMinDepthRatio of
+/// its depth there.
+bool FallsThroughCamera(const BundleStructure& structure, const BundleState& state,
+                        const BundleState& moved, int group) {
+  const int landmark = structure.landmark_of_group[group];
+  for (int i = structure.group_begin[group]; i < structure.group_begin[group + 1]; ++i) {
+    const int camera = structure.observations[i].camera;
+    const double before = (state.cam_from_world[camera] * state.landmarks_world[landmark]).z();
+    const double after = (moved.cam_from_world[camera] * moved.landmarks_world[landmark]).z();
+    if (before > kMinDepth && after < kMinDepthRatio * before) return true;
+  }
+  return false;
+}
+
+/// A landmark whose depth is nearly unknown may get a step that leads behind a camera. Were the
+/// whole step refused for it, a few wrong matches could stop the adjustment: its own step is
+/// shortened instead.
+void Move(const BundleStructure& structure, const BundleState& state, const BundleStep& step,
+          BundleState* moved) {
+  moved->camera = state.camera.Moved(step.calibration);
+  for (int i = 0; i < structure.free_cameras(); ++i) {
+    const int camera = structure.camera_of_free[i];
+    moved->cam_from_world[camera] = SE3::Exp(step.camera[i]) * state.cam_from_world[camera];
+  }
+  for (int group = 0; group < structure.groups(); ++group) {
+    const int landmark = structure.landmark_of_group[group];
+    const Eigen::Vector3d& before = state.landmarks_world[landmark];
+    Eigen::Vector3d& after = moved->landmarks_world[landmark];
+    after = before + step.landmark[group];
+    for (int i = 0; i < kMaxHalvings && FallsThroughCamera(structure, state, *moved, group); ++i) {
+      after = 0.5 * (before + after);
+    }
+  }
+}
+
+void Minimize(const BundleStructure& structure, const BundleOptions& options,
+              const std::function<bool()>& stop, BundleState* state, BundleReport* report) {
+  const HuberLoss loss{options.chi_square};
+  const RefinedCalibration refined{options.refine_focal, options.refine_radial};
+  report->initial_cost = report->final_cost = BundleCost(structure, *state, loss);
+  if (structure.groups() == 0) {
+    report->converged = true;
+    return;
+  }
+  ReducedCameraSystem system(structure);
+  BundleLinearization linearization;
+  BundleStep step;
+  BundleState candidate = *state;
+  Damping damping;
+  bool linearized = false;
+  while (report->iterations < options.max_iterations && !report->converged &&
+         !damping.Exhausted()) {
+    if (stop && stop()) return;
+    ++report->iterations;
+    if (!linearized) linearization.Compute(structure, *state, loss, refined);
+    linearized = true;
+    if (!system.Solve(linearization, damping.value(), &step)) {
+      damping.Reject();
+      continue;
+    }
+    Move(structure, *state, step, &candidate);
+    const double cost = BundleCost(structure, candidate, loss);
+    const double decrease = report->final_cost - cost;
+    const double enough = options.min_relative_decrease * report->final_cost;
+    if (!(decrease >= 0)) {  // Also where the cost is not a number.
+      damping.Reject();
+      report->converged = step.predicted_decrease <= enough;
+      continue;
+    }
+    report->converged = decrease <= enough;
+    damping.Accept(step.predicted_decrease > 0 ? decrease / step.predicted_decrease : 1);
+    std::swap(*state, candidate);
+    report->final_cost = cost;
+    linearized = false;
+  }
+}
+
+bool IsOutlier(const BundleObservation& observation, const BundleState& state, double chi_square) {
+  if (!UsableObservation(observation)) return true;
+  const Eigen::Vector3d point =
+      state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
+  if (!InFrontOfCamera(point)) return true;
+  const double squared = (state.camera.Project(point) - observation.px).squaredNorm();
+  return squared > chi_square * observation.sigma_px * observation.sigma_px;
+}
+
+}  // namespace
+
+void BundleOptions::Check() const {
+  CheckOption(max_iterations >= 0, "max_iterations", max_iterations, "at least 0");
+  CheckOption(chi_square > 0 && std::isfinite(chi_square), "chi_square", chi_square, "above 0");
+  CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
+              min_relative_decrease, "at least 0 and below 1");
+}
+
+BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
+                          const std::function<bool()>& stop) {
+  options.Check();
+  CheckBundleProblem(*problem);
+  const BundleStructure structure(*problem);
+  BundleState state{{problem->pinhole, problem->k1, problem->k2},
+                    problem->cam_from_world,
+                    problem->landmarks_world};
+  BundleReport report;
+  Minimize(structure, options, stop, &state, &report);
+
+  report.outlier.reserve(problem->observations.size());
+  for (const BundleObservation& observation : problem->observations) {
+    report.outlier.push_back(IsOutlier(observation, state, options.chi_square));
+  }
+  problem->pinhole = state.camera.pinhole;
+  problem->k1 = state.camera.k1;
+  problem->k2 = state.camera.k2;
+  problem->cam_from_world = std::move(state.cam_from_world);
+  problem->landmarks_world = std::move(state.landmarks_world);
+  return report;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,104 @@
+#include "deepuav/estimation/bundle_linearization.h"
+
+namespace deepuav {
+namespace {
+
+/// Poses as matrices: a rotation is applied to hundreds of points.
+struct PoseMatrix {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d translation;
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation * point + translation;
+  }
+};
+
+std::vector<PoseMatrix> PoseMatrices(const std::vector<SE3>& poses) {
+  std::vector<PoseMatrix> matrices(poses.size());
+  for (size_t i = 0; i < poses.size(); ++i)
+    matrices[i] = {poses[i].RotationMatrix(), poses[i].translation()};
+  return matrices;
+}
+
+void MaskUnrefined(const RefinedCalibration& refined, Matrix23dCalibration* jacobian) {
+  if (!refined.focal) jacobian->col(kFocalScale).setZero();
+  if (!refined.radial) {
+    jacobian->col(kRadial1).setZero();
+    jacobian->col(kRadial2).setZero();
+  }
+}
+
+template <typename Block>
+void AssignZero(size_t count, std::vector<Block>* blocks) {
+  blocks->assign(count, Block::Zero());
+}
+
+}  // namespace
+
+void BundleLinearization::Compute(const BundleStructure& structure, const BundleState& state,
+                                  const HuberLoss& loss, const RefinedCalibration& refined) {
+  AssignZero(structure.free_cameras(), &camera_camera);
+  AssignZero(structure.free_cameras(), &camera_gradient);
+  AssignZero(structure.groups(), &landmark_landmark);
+  AssignZero(structure.groups(), &landmark_gradient);
+  camera_landmark.resize(structure.observations.size());
+  has_calibration = refined.any();
+  calibration_calibration.setZero();
+  calibration_gradient.setZero();
+  AssignZero(has_calibration ? structure.free_cameras() : 0, &camera_calibration);
+  AssignZero(has_calibration ? structure.groups() : 0, &calibration_landmark);
+
+  const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
+  for (size_t i = 0; i < structure.observations.size(); ++i) {
+    const GroupedObservation& o = structure.observations[i];
+    const PoseMatrix& pose = poses[o.camera];
+    const Eigen::Vector3d point =
+        pose * state.landmarks_world[structure.landmark_of_group[o.group]];
+    if (!InFrontOfCamera(point)) {
+      camera_landmark[i].setZero();
+      continue;
+    }
+    const Eigen::Vector2d error = o.per_sigma * (state.camera.Project(point) - o.px);
+    const double weight = loss.Weight(error.squaredNorm());
+    const Matrix23d point_jacobian = o.per_sigma * state.camera.PointJacobian(point);
+    const Matrix23d landmark_jacobian = point_jacobian * pose.rotation;
+    const Matrix23d weighted = weight * landmark_jacobian;
+    landmark_landmark[o.group].noalias() += landmark_jacobian.transpose() * weighted;
+    landmark_gradient[o.group].noalias() += weighted.transpose() * error;
+
+    const Matrix26d camera_jacobian = PoseJacobian(point_jacobian, point);
+    if (o.free_camera >= 0) {
+      const Matrix26d weighted_camera = weight * camera_jacobian;
+      camera_camera[o.free_camera].noalias() += camera_jacobian.transpose() * weighted_camera;
+      camera_gradient[o.free_camera].noalias() += weighted_camera.transpose() * error;
+      camera_landmark[i].noalias() = camera_jacobian.transpose() * weighted;
+    }
+    if (!has_calibration) continue;
+    Matrix23dCalibration jacobian = o.per_sigma * state.camera.CalibrationJacobian(point);
+    MaskUnrefined(refined, &jacobian);
+    calibration_calibration.noalias() += weight * jacobian.transpose() * jacobian;
+    calibration_gradient.noalias() += weight * jacobian.transpose() * error;
+    calibration_landmark[o.group].noalias() += jacobian.transpose() * weighted;
+    if (o.free_camera >= 0) {
+      camera_calibration[o.free_camera].noalias() +=
+          weight * camera_jacobian.transpose() * jacobian;
+    }
+  }
+}
+
+double BundleCost(const BundleStructure& structure, const BundleState& state,
+                  const HuberLoss& loss) {
+  const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
+  double cost = 0;
+  for (const GroupedObservation& o : structure.observations) {
+    const Eigen::Vector3d point =
+        poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];
+    const Eigen::Vector2d error = InFrontOfCamera(point)
+                                      ? Eigen::Vector2d(state.camera.Project(point) - o.px)
+                                      : Eigen::Vector2d(state.camera.pinhole.fx, 0);
+    cost += loss.Cost(o.per_sigma * o.per_sigma * error.squaredNorm());
+  }
+  return cost;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/estimation/bundle_structure.h"
+
+namespace deepuav {
+
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+using Matrix6dCalibration = Eigen::Matrix<double, 6, kCalibrationParameters>;
+using Matrix3dCalibration = Eigen::Matrix<double, kCalibrationParameters, 3>;
+using MatrixCalibration = Eigen::Matrix<double, kCalibrationParameters, kCalibrationParameters>;
+
+/// The calibration parameters that move.
+struct RefinedCalibration {
+  bool focal = false, radial = false;
+  bool any() const { return focal || radial; }
+};
+
+/// The blocks of the normal equations J^T W J and J^T W r at a state, W the Huber weights (Triggs
+/// et al. 2000, section 6). Block names say rows, columns.
+struct BundleLinearization {
+  /// Keeps the memory of the last call.
+  void Compute(const BundleStructure& structure, const BundleState& state, const HuberLoss& loss,
+               const RefinedCalibration& refined);
+
+  std::vector<Matrix6d> camera_camera;  ///< By free camera.
+  std::vector<Vector6d> camera_gradient;
+  std::vector<Eigen::Matrix3d> landmark_landmark;  ///< By group.
+  std::vector<Eigen::Vector3d> landmark_gradient;
+  std::vector<Matrix63d> camera_landmark;  ///< By grouped observation; undefined for fixed cameras.
+
+  bool has_calibration = false;
+  MatrixCalibration calibration_calibration;
+  Vector3dCalibration calibration_gradient;
+  std::vector<Matrix6dCalibration> camera_calibration;    ///< By free camera.
+  std::vector<Matrix3dCalibration> calibration_landmark;  ///< By group.
+};
+
+/// Sum of the Huber losses of the grouped observations. One behind its camera costs as much as an
+/// error of 45 degrees, so that no step gains by pushing a landmark there.
+double BundleCost(const BundleStructure& structure, const BundleState& state,
+                  const HuberLoss& loss);
+
+}  // namespace deepuav

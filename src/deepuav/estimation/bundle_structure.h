@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "deepuav/estimation/bundle_adjustment.h"
+
+namespace deepuav {
+
+/// An observation that takes part in the adjustment.
+struct GroupedObservation {
+  int camera = 0;
+  int free_camera = 0;  ///< Index among the free cameras; -1 for a fixed one.
+  int group = 0;
+  Eigen::Vector2d px;
+  double per_sigma = 1;  ///< 1/px
+};
+
+/// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if
+/// at least two usable observations (finite, sigma above 0) see it; other landmarks and their
+/// observations take no part. A camera moves if it is not fixed and sees a landmark that moves.
+struct BundleStructure {
+  explicit BundleStructure(const BundleProblem& problem);
+
+  int groups() const { return static_cast<int>(landmark_of_group.size()); }
+  int free_cameras() const { return static_cast<int>(camera_of_free.size()); }
+
+  std::vector<int> camera_of_free;
+  std::vector<int> landmark_of_group;
+  /// By group, within a group by free camera (fixed ones first), else in the order of the problem.
+  std::vector<GroupedObservation> observations;
+  std::vector<int> group_begin;  ///< One per group and the end.
+  /// The observations of each free camera, ascending: those of free camera i are
+  /// camera_observations[camera_begin[i] .. camera_begin[i + 1]).
+  std::vector<int> camera_observations, camera_begin;
+};
+
+/// Throws Error for sizes that do not fit, indices out of range, or poses and a calibration that
+/// are not finite.
+void CheckBundleProblem(const BundleProblem& problem);
+
+/// Finite and with a sigma above 0.
+bool UsableObservation(const BundleObservation& observation);
+
+}  // namespace deepuav

@@ -1,0 +1,207 @@
+#include "deepuav/estimation/motion_only.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/options.h"
+#include "deepuav/estimation/reprojection.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int kMinObservations = 3;
+constexpr double kConvergedRelativeDecrease = 1e-9;
+constexpr double kMinDamping = 1e-9;
+constexpr double kInitialDamping = 1e-6;
+constexpr double kMaxDamping = 1e6;
+constexpr double kDampingFactor = 10;
+
+struct NormalEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double cost = 0;
+};
+
+bool Usable(const PoseObservation& observation) {
+  return observation.landmark_world.allFinite() && observation.px.allFinite() &&
+         observation.sigma_px > 0 && std::isfinite(observation.sigma_px);
+}
+
+/// Squared reprojection error in sigmas; infinite behind the camera.
+double ChiSquare(const Pinhole& pinhole, const PoseObservation& observation, const SE3& pose) {
+  const Eigen::Vector3d point = pose * observation.landmark_world;
+  if (!InFrontOfCamera(point)) return std::numeric_limits<double>::infinity();
+  return (pinhole.Project(point) - observation.px).squaredNorm() /
+         (observation.sigma_px * observation.sigma_px);
+}
+
+class PoseProblem {
+ public:
+  PoseProblem(const Pinhole& pinhole, const std::vector<PoseObservation>& observations,
+              const MotionOnlyOptions& options)
+      : pinhole_(pinhole), observations_(observations), chi_square_(options.chi_square) {
+    active_.resize(observations.size());
+  }
+
+  /// The observations that take part: all usable ones before the first round, inliers after.
+  /// Returns their number.
+  int Activate(const SE3& pose, bool only_inliers) {
+    const double bound = only_inliers ? chi_square_ : std::numeric_limits<double>::max();
+    int count = 0;
+    for (size_t i = 0; i < observations_.size(); ++i) {
+      active_[i] = Usable(observations_[i]) && ChiSquare(pinhole_, observations_[i], pose) <= bound;
+      count += active_[i];
+    }
+    return count;
+  }
+
+  NormalEquations Linearize(const SE3& pose, bool robust) const {
+    NormalEquations equations;
+    const Eigen::Matrix3d rotation = pose.RotationMatrix();
+    const HuberLoss loss{robust ? chi_square_ : std::numeric_limits<double>::max()};
+    for (size_t i = 0; i < observations_.size(); ++i) {
+      if (active_[i]) Accumulate(observations_[i], rotation, pose.translation(), loss, &equations);
+    }
+    equations.hessian.triangularView<Eigen::StrictlyUpper>() = equations.hessian.transpose();
+    return equations;
+  }
+
+  const std::vector<uint8_t>& active() const { return active_; }
+
+ private:
+  void Accumulate(const PoseObservation& observation, const Eigen::Matrix3d& rotation,
+                  const Eigen::Vector3d& translation, const HuberLoss& loss,
+                  NormalEquations* equations) const {
+    const Eigen::Vector3d point = rotation * observation.landmark_world + translation;
+    const double per_sigma = 1 / observation.sigma_px;
+    if (!InFrontOfCamera(point)) {
+      // A step that pushes a point behind the camera must not look like a gain: it costs an error
+      // of 45 degrees.
+      equations->cost += loss.Cost(std::pow(pinhole_.fx * per_sigma, 2));
+      return;
+    }
+    const double inv_z = 1 / point.z();
+    const double x = point.x() * inv_z, y = point.y() * inv_z;
+    const double fx = pinhole_.fx * per_sigma, fy = pinhole_.fy * per_sigma;
+    const double error_u = (pinhole_.cx - observation.px.x()) * per_sigma + fx * x;
+    const double error_v = (pinhole_.cy - observation.px.y()) * per_sigma + fy * y;
+    const double squared = error_u * error_u + error_v * error_v;
+    const double weight = loss.Weight(squared);
+    equations->cost += loss.Cost(squared);
+
+    Vector6d row_u, row_v;
+    row_u << fx * inv_z, 0, -fx * x * inv_z, -fx * x * y, fx * (1 + x * x), -fx * y;
+    row_v << 0, fy * inv_z, -fy * y * inv_z, -fy * (1 + y * y), fy * x * y, fy * x;
+    const Vector6d weighted_u = weight * row_u, weighted_v = weight * row_v;
+    for (int column = 0; column < 6; ++column) {
+      for (int row = column; row < 6; ++row) {
+        equations->hessian(row, column) +=
+            weighted_u[column] * row_u[row] + weighted_v[column] * row_v[row];
+      }
+    }
+    equations->gradient += error_u * weighted_u + error_v * weighted_v;
+  }
+
+  const Pinhole& pinhole_;
+  const std::vector<PoseObservation>& observations_;
+  const double chi_square_;
+  std::vector<uint8_t> active_;
+};
+
+/// Gauss-Newton, damped where a step would raise the cost (a bad prediction is far from the
+/// quadratic bowl).
+SE3 Minimize(const PoseProblem& problem, const SE3& initial, bool robust, int iterations) {
+  SE3 pose = initial;
+  NormalEquations equations = problem.Linearize(pose, robust);
+  double damping = kInitialDamping;
+  for (int i = 0; i < iterations && damping <= kMaxDamping; ++i) {
+    Matrix6d damped = equations.hessian;
+    damped.diagonal() *= 1 + damping;
+    const Eigen::LLT<Matrix6d> factor(damped);
+    const Vector6d step = factor.solve(-equations.gradient);
+    if (factor.info() != Eigen::Success || !step.allFinite()) {
+      damping *= kDampingFactor;
+      continue;
+    }
+    const SE3 candidate = SE3::Exp(step) * pose;
+    const NormalEquations next = problem.Linearize(candidate, robust);
+    if (!(next.cost <= equations.cost)) {
+      damping *= kDampingFactor;
+      continue;
+    }
+    const bool converged =
+        equations.cost - next.cost <= kConvergedRelativeDecrease * equations.cost;
+    pose = candidate;
+    equations = next;
+    damping = std::max(damping / kDampingFactor, kMinDamping);
+    if (converged) break;
+  }
+  return pose;
+}
+
+void CheckPinhole(const Pinhole& pinhole) {
+  if (!(pinhole.fx > 0 && pinhole.fy > 0 &&
+        std::isfinite(pinhole.fx + pinhole.fy + pinhole.cx + pinhole.cy))) {
+    throw Error("pinhole: found fx {} fy {} cx {} cy {}, expected finite values, fx and fy > 0",
+                pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy);
+  }
+}
+
+bool Finite(const SE3& pose) {
+  return pose.translation().allFinite() && pose.rotation().coeffs().allFinite();
+}
+
+/// Fills inlier, inlier_count and rms_px.
+void Classify(const Pinhole& pinhole, const std::vector<PoseObservation>& observations,
+              const std::vector<uint8_t>& inlier, MotionOnlyResult* result) {
+  result->inlier = inlier;
+  double squared_sum = 0;
+  for (size_t i = 0; i < observations.size(); ++i) {
+    if (!inlier[i]) continue;
+    ++result->inlier_count;
+    const double sigma = observations[i].sigma_px;
+    squared_sum += ChiSquare(pinhole, observations[i], result->cam_from_world) * sigma * sigma;
+  }
+  if (result->inlier_count > 0) result->rms_px = std::sqrt(squared_sum / result->inlier_count);
+}
+
+}  // namespace
+
+void MotionOnlyOptions::Check() const {
+  CheckOption(rounds >= 1, "rounds", rounds, "at least 1");
+  CheckOption(iterations >= 1, "iterations", iterations, "at least 1");
+  CheckOption(chi_square > 0 && std::isfinite(chi_square), "chi_square", chi_square, "above 0");
+}
+
+MotionOnlyResult OptimizePose(const Pinhole& pinhole,
+                              const std::vector<PoseObservation>& observations,
+                              const SE3& initial_cam_from_world, const MotionOnlyOptions& options) {
+  options.Check();
+  CheckPinhole(pinhole);
+  MotionOnlyResult result;
+  result.cam_from_world = initial_cam_from_world;
+  result.inlier.assign(observations.size(), 0);
+  if (!Finite(initial_cam_from_world)) return result;
+
+  PoseProblem problem(pinhole, observations, options);
+  int active = problem.Activate(initial_cam_from_world, false);
+  SE3 pose = initial_cam_from_world;
+  for (int round = 0; round < options.rounds && active >= kMinObservations; ++round) {
+    const bool robust = round + 1 < options.rounds || options.rounds == 1;
+    pose = Minimize(problem, pose, robust, options.iterations);
+    active = problem.Activate(pose, true);
+  }
+  if (active >= kMinObservations) {
+    result.cam_from_world = pose;
+    result.information = problem.Linearize(pose, false).hessian;
+  } else {
+    problem.Activate(initial_cam_from_world, true);
+  }
+  Classify(pinhole, observations, problem.active(), &result);
+  return result;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,221 @@
+#include "deepuav/estimation/reduced_camera_system.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace deepuav {
+namespace {
+
+/// Below this a diagonal element is damped as if it were this: a parameter that nothing sees must
+/// not move.
+constexpr double kMinDiagonal = 1e-9;
+
+template <typename Matrix>
+Matrix Damped(const Matrix& block, double damping) {
+  Matrix damped = block;
+  damped.diagonal() += damping * block.diagonal().cwiseMax(kMinDiagonal);
+  return damped;
+}
+
+/// d^T diag(block) d as in Damped.
+template <typename Matrix, typename Vector>
+double DampedNorm(const Matrix& block, const Vector& d) {
+  return block.diagonal().cwiseMax(kMinDiagonal).dot(d.cwiseAbs2());
+}
+
+}  // namespace
+
+ReducedCameraSystem::ReducedCameraSystem(const BundleStructure& structure, int sparse_cameras)
+    : structure_(structure), sparse_(structure.free_cameras() >= sparse_cameras) {
+  FindPattern();
+  if (sparse_) factor_.analyzePattern(matrix_);
+}
+
+void ReducedCameraSystem::FindPattern() {
+  const int cameras = structure_.free_cameras();
+  slot_of_row_.assign(cameras, -1);
+  row_begin_.assign(1, 0);
+  std::vector<int> marked_for(cameras, -1);
+  for (int i = 0; i < cameras; ++i) {
+    marked_for[i] = i;
+    rows_.push_back(i);
+    for (int k = structure_.camera_begin[i]; k < structure_.camera_begin[i + 1]; ++k) {
+      const int group = structure_.observations[structure_.camera_observations[k]].group;
+      for (int p = structure_.camera_observations[k] + 1; p < structure_.group_begin[group + 1];
+           ++p) {
+        const int row = structure_.observations[p].free_camera;
+        if (marked_for[row] == i) continue;
+        marked_for[row] = i;
+        rows_.push_back(row);
+      }
+    }
+    std::sort(rows_.begin() + row_begin_[i], rows_.end());
+    row_begin_.push_back(static_cast<int>(rows_.size()));
+  }
+
+  // The values of a block column are one dense matrix of six columns, column by column.
+  matrix_.resize(6 * cameras, 6 * cameras);
+  matrix_.resizeNonZeros(36 * static_cast<Eigen::Index>(rows_.size()));
+  for (int i = 0; i < cameras; ++i) {
+    const int blocks = row_begin_[i + 1] - row_begin_[i];
+    for (int c = 0; c < 6; ++c) {
+      const int begin = 36 * row_begin_[i] + 6 * blocks * c;
+      matrix_.outerIndexPtr()[6 * i + c] = begin;
+      for (int slot = 0; slot < blocks; ++slot) {
+        for (int r = 0; r < 6; ++r) {
+          matrix_.innerIndexPtr()[begin + 6 * slot + r] = 6 * rows_[row_begin_[i] + slot] + r;
+        }
+      }
+    }
+  }
+  matrix_.outerIndexPtr()[6 * cameras] = 36 * static_cast<int>(rows_.size());
+}
+
+bool ReducedCameraSystem::Solve(const BundleLinearization& linearization, double damping,
+                                BundleStep* step) {
+  InvertLandmarks(linearization, damping);
+  EliminateLandmarks(linearization, damping);
+  if (!SolveCameras(linearization.has_calibration)) return false;
+  step->calibration.setZero();
+  if (linearization.has_calibration && !SolveCalibration(step)) return false;
+  BackSubstitute(linearization, step);
+
+  double decrease = 0;
+  const auto add = [&](const auto& block, const auto& gradient, const auto& d) {
+    decrease += damping * DampedNorm(block, d) - gradient.dot(d);
+  };
+  for (size_t i = 0; i < step->camera.size(); ++i) {
+    add(linearization.camera_camera[i], linearization.camera_gradient[i], step->camera[i]);
+  }
+  for (size_t i = 0; i < step->landmark.size(); ++i) {
+    add(linearization.landmark_landmark[i], linearization.landmark_gradient[i], step->landmark[i]);
+  }
+  add(linearization.calibration_calibration, linearization.calibration_gradient, step->calibration);
+  step->predicted_decrease = decrease;
+  return std::isfinite(decrease);
+}
+
+void ReducedCameraSystem::InvertLandmarks(const BundleLinearization& linearization,
+                                          double damping) {
+  landmark_inverse_.resize(structure_.groups());
+  for (int group = 0; group < structure_.groups(); ++group) {
+    const Eigen::LLT<Eigen::Matrix3d> factor(
+        Damped(linearization.landmark_landmark[group], damping));
+    if (factor.info() == Eigen::Success) {
+      landmark_inverse_[group] = factor.solve(Eigen::Matrix3d::Identity());
+    } else {
+      landmark_inverse_[group].setZero();  // Stays where it is in this step.
+    }
+  }
+}
+
+void ReducedCameraSystem::EliminateLandmarks(const BundleLinearization& linearization,
+                                             double damping) {
+  matrix_.coeffs().setZero();
+  right_.resize(6 * structure_.free_cameras(), Eigen::NoChange);
+  for (int camera = 0; camera < structure_.free_cameras(); ++camera) {
+    EliminateFromCamera(linearization, damping, camera);
+  }
+  if (linearization.has_calibration) EliminateFromCalibration(linearization, damping);
+}
+
+void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& linearization,
+                                              double damping, int camera) {
+  const int blocks = row_begin_[camera + 1] - row_begin_[camera];
+  for (int slot = 0; slot < blocks; ++slot) slot_of_row_[rows_[row_begin_[camera] + slot]] = slot;
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> column(
+      matrix_.valuePtr() + 36 * static_cast<size_t>(row_begin_[camera]), 6 * blocks, 6);
+  column.topRows<6>() = Damped(linearization.camera_camera[camera], damping);
+  Vector6d gradient = linearization.camera_gradient[camera];
+  Matrix6dCalibration border = Matrix6dCalibration::Zero();
+  if (linearization.has_calibration) border = linearization.camera_calibration[camera];
+
+  for (int k = structure_.camera_begin[camera]; k < structure_.camera_begin[camera + 1]; ++k) {
+    const int observation = structure_.camera_observations[k];
+    const int group = structure_.observations[observation].group;
+    const Eigen::Matrix<double, 3, 6> eliminated =
+        landmark_inverse_[group] * linearization.camera_landmark[observation].transpose();
+    gradient.noalias() -= eliminated.transpose() * linearization.landmark_gradient[group];
+    if (linearization.has_calibration) {
+      border.noalias() -=
+          eliminated.transpose() * linearization.calibration_landmark[group].transpose();
+    }
+    // A landmark seen twice by one camera has every pair of its observations in the diagonal block.
+    int first = observation;
+    while (first > structure_.group_begin[group] &&
+           structure_.observations[first - 1].free_camera == camera)
+      --first;
+    for (int p = first; p < structure_.group_begin[group + 1]; ++p) {
+      const int slot = slot_of_row_[structure_.observations[p].free_camera];
+      column.middleRows<6>(6 * slot).noalias() -=
+          linearization.camera_landmark[p].lazyProduct(eliminated);
+    }
+  }
+  right_.block<6, 1>(6 * camera, 0) = gradient;
+  right_.block<6, kCalibrationParameters>(6 * camera, 1) = border;
+}
+
+void ReducedCameraSystem::EliminateFromCalibration(const BundleLinearization& linearization,
+                                                   double damping) {
+  calibration_matrix_ = Damped(linearization.calibration_calibration, damping);
+  calibration_right_ = linearization.calibration_gradient;
+  for (int group = 0; group < structure_.groups(); ++group) {
+    const Matrix3dCalibration& block = linearization.calibration_landmark[group];
+    const Matrix3dCalibration eliminated = block * landmark_inverse_[group];
+    calibration_matrix_.noalias() -= eliminated * block.transpose();
+    calibration_right_.noalias() -= eliminated * linearization.landmark_gradient[group];
+  }
+}
+
+bool ReducedCameraSystem::SolveCameras(bool has_calibration) {
+  const int columns = has_calibration ? 1 + kCalibrationParameters : 1;
+  solved_.setZero(right_.rows(), 1 + kCalibrationParameters);
+  if (right_.rows() == 0) return true;
+  if (sparse_) {
+    factor_.factorize(matrix_);
+    if (factor_.info() != Eigen::Success || !(factor_.vectorD().minCoeff() > 0)) return false;
+    solved_.leftCols(columns) = factor_.solve(right_.leftCols(columns));
+    return true;
+  }
+  dense_ = matrix_;
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(dense_);
+  if (factor.info() != Eigen::Success) return false;
+  solved_.leftCols(columns) = factor.solve(right_.leftCols(columns));
+  return true;
+}
+
+bool ReducedCameraSystem::SolveCalibration(BundleStep* step) {
+  const auto border = right_.rightCols<kCalibrationParameters>();
+  MatrixCalibration matrix = calibration_matrix_;
+  matrix.noalias() -= border.transpose() * solved_.rightCols<kCalibrationParameters>();
+  Vector3dCalibration gradient = calibration_right_;
+  gradient.noalias() -= border.transpose() * solved_.col(0);
+  const Eigen::LLT<MatrixCalibration> factor(matrix);
+  if (factor.info() != Eigen::Success) return false;
+  step->calibration = factor.solve(-gradient);
+  return true;
+}
+
+void ReducedCameraSystem::BackSubstitute(const BundleLinearization& linearization,
+                                         BundleStep* step) const {
+  step->camera.resize(structure_.free_cameras());
+  for (int i = 0; i < structure_.free_cameras(); ++i) {
+    step->camera[i] = -solved_.block<6, 1>(6 * i, 0) -
+                      solved_.block<6, kCalibrationParameters>(6 * i, 1) * step->calibration;
+  }
+  step->landmark.resize(structure_.groups());
+  for (int group = 0; group < structure_.groups(); ++group) {
+    Eigen::Vector3d right = linearization.landmark_gradient[group];
+    for (int p = structure_.group_begin[group]; p < structure_.group_begin[group + 1]; ++p) {
+      const int camera = structure_.observations[p].free_camera;
+      if (camera >= 0)
+        right.noalias() += linearization.camera_landmark[p].transpose() * step->camera[camera];
+    }
+    if (linearization.has_calibration) {
+      right.noalias() += linearization.calibration_landmark[group].transpose() * step->calibration;
+    }
+    step->landmark[group] = -(landmark_inverse_[group] * right);
+  }
+}
+
+}  // namespace deepuav

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "deepuav/estimation/bundle_linearization.h"
+
+namespace deepuav {
+
+/// A step of all that moves.
+struct BundleStep {
+  std::vector<Vector6d> camera;           ///< Twists, by free camera.
+  std::vector<Eigen::Vector3d> landmark;  ///< By group.
+  Vector3dCalibration calibration = Vector3dCalibration::Zero();
+  /// By how much the quadratic model of the cost falls.
+  double predicted_decrease = 0;
+};
+
+/// The Levenberg-Marquardt step of a linearised bundle problem: the landmarks are eliminated (Schur
+/// complement, Triggs et al. 2000, section 6.1), the cameras solved for by Cholesky, dense where
+/// they are few, else sparse, and the calibration by block elimination after them.
+class ReducedCameraSystem {
+ public:
+  /// From so many free cameras on the sparse factorisation is the faster one.
+  static constexpr int kSparseCameras = 100;
+
+  explicit ReducedCameraSystem(const BundleStructure& structure,
+                               int sparse_cameras = kSparseCameras);
+
+  /// Solves (H + damping diag(H)) step = -gradient. False where the damped system is not positive
+  /// definite.
+  bool Solve(const BundleLinearization& linearization, double damping, BundleStep* step);
+
+  /// The lower triangle of the reduced system of the cameras, as of the last Solve.
+  const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
+
+ private:
+  using Border = Eigen::Matrix<double, Eigen::Dynamic, 1 + kCalibrationParameters>;
+
+  void FindPattern();
+  void InvertLandmarks(const BundleLinearization& linearization, double damping);
+  void EliminateLandmarks(const BundleLinearization& linearization, double damping);
+  void EliminateFromCamera(const BundleLinearization& linearization, double damping, int camera);
+  void EliminateFromCalibration(const BundleLinearization& linearization, double damping);
+  bool SolveCameras(bool has_calibration);
+  bool SolveCalibration(BundleStep* step);
+  void BackSubstitute(const BundleLinearization& linearization, BundleStep* step) const;
+
+  const BundleStructure& structure_;
+  const bool sparse_;
+  /// Block column i holds the blocks of the rows rows_[row_begin_[i] ..), ascending, the diagonal
+  /// one first.
+  std::vector<int> rows_, row_begin_;
+  std::vector<int> slot_of_row_;  ///< Of the block column at hand.
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::MatrixXd dense_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor_;
+
+  std::vector<Eigen::Matrix3d> landmark_inverse_;  ///< Of the damped blocks.
+  Border right_;   ///< Gradient of the cameras, then their block with the calibration.
+  Border solved_;  ///< The reduced system's inverse times right_.
+  MatrixCalibration calibration_matrix_;
+  Vector3dCalibration calibration_right_;
+};
+
+}  // namespace deepuav

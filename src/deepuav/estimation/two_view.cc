@@ -1,0 +1,233 @@
+#include "deepuav/estimation/two_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/options.h"
+#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/reprojection.h"
+#include "deepuav/estimation/two_view_models.h"
+#include "deepuav/geometry/triangulation.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kRadiansPerDegree = M_PI / 180;
+/// Relative to the median, the parallax of points that the first refinement leaves out.
+constexpr double kHighParallaxRatio = 2;
+constexpr size_t kMaxPlanarSolutions = 2;
+/// Poses nearer than this in rotation and direction of travel are one: the two that explain a plane
+/// differ by more.
+constexpr double kSamePoseRad = 5 * kRadiansPerDegree;
+
+struct TwoViewProblem {
+  const Pinhole& pinhole;
+  const std::vector<PixelPair>& pairs;
+  const TwoViewOptions& options;
+};
+
+bool ReprojectsInto(const Pinhole& pinhole, const Eigen::Vector3d& point_cam,
+                    const Eigen::Vector2d& px, double max_error_px) {
+  return InFrontOfCamera(point_cam) && (pinhole.Project(point_cam) - px).norm() <= max_error_px;
+}
+
+/// Fills valid, valid_count and median_parallax_deg from the pose and the points.
+void Validate(const TwoViewProblem& problem, TwoViewSolution* solution) {
+  const Eigen::Vector3d center_b = solution->b_from_a.InverseTranslation();
+  std::vector<double> parallaxes;
+  solution->valid.assign(problem.pairs.size(), 0);
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    const Eigen::Vector3d& point = solution->points_a[i];
+    const PixelPair& pair = problem.pairs[i];
+    if (!ReprojectsInto(problem.pinhole, point, pair.a_px, problem.options.max_error_px)) continue;
+    if (!ReprojectsInto(problem.pinhole, solution->b_from_a * point, pair.b_px,
+                        problem.options.max_error_px))
+      continue;
+    solution->valid[i] = 1;
+    parallaxes.push_back(ParallaxAngle(Eigen::Vector3d::Zero(), center_b, point));
+  }
+  solution->valid_count = static_cast<int>(parallaxes.size());
+  if (parallaxes.empty()) return;
+  const auto median = parallaxes.begin() + parallaxes.size() / 2;
+  std::nth_element(parallaxes.begin(), median, parallaxes.end());
+  solution->median_parallax_deg = *median / kRadiansPerDegree;
+}
+
+/// Triangulates the pairs that have no valid point. Where there is none, the point is not in front
+/// of camera a.
+void Triangulate(const TwoViewProblem& problem, TwoViewSolution* solution) {
+  solution->points_a.resize(problem.pairs.size());
+  solution->valid.resize(problem.pairs.size(), 0);
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    if (solution->valid[i]) continue;
+    const PixelPair& pair = problem.pairs[i];
+    solution->points_a[i].setZero();
+    if (!Finite(pair)) continue;
+    const auto point = TriangulatePoint(SE3(), problem.pinhole.Unproject(pair.a_px),
+                                        solution->b_from_a, problem.pinhole.Unproject(pair.b_px));
+    if (point) solution->points_a[i] = *point;
+  }
+  Validate(problem, solution);
+}
+
+/// Most of the model's inliers lie in front of both cameras. Points so far that the noise of a
+/// pixel decides on which side they are do not vote.
+bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
+                 const TwoViewSolution& solution) {
+  const double noise_rad =
+      problem.options.max_error_px / std::sqrt(problem.pinhole.fx * problem.pinhole.fy);
+  const Eigen::Matrix3d b_rotation_a = solution.b_from_a.RotationMatrix();
+  int voters = 0, in_front = 0;
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    if (!model.inlier[i]) continue;
+    const Eigen::Vector3d ray_a =
+        (b_rotation_a * problem.pinhole.Unproject(problem.pairs[i].a_px)).normalized();
+    const Eigen::Vector3d ray_b = problem.pinhole.Unproject(problem.pairs[i].b_px).normalized();
+    if (ray_a.cross(ray_b).norm() <= noise_rad) continue;
+    ++voters;
+    const Eigen::Vector3d& point = solution.points_a[i];
+    in_front += InFrontOfCamera(point) && InFrontOfCamera(solution.b_from_a * point);
+  }
+  return in_front > 0 && in_front >= problem.options.min_front_ratio * voters;
+}
+
+bool GoodEnough(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  return solution.valid_count >= problem.options.min_inliers &&
+         solution.median_parallax_deg >= problem.options.min_parallax_deg;
+}
+
+double ParallaxDeg(const TwoViewSolution& solution, size_t pair) {
+  const Eigen::Vector3d center_b = solution.b_from_a.InverseTranslation();
+  return ParallaxAngle(Eigen::Vector3d::Zero(), center_b, solution.points_a[pair]) /
+         kRadiansPerDegree;
+}
+
+/// Maximum-likelihood pose and points from the valid pairs up to a parallax; the baseline is
+/// brought back to length 1.
+void Adjust(const TwoViewProblem& problem, double max_parallax_deg, TwoViewSolution* solution) {
+  BundleOptions bundle_options;
+  bundle_options.max_iterations = 30;
+  bundle_options.min_relative_decrease = 1e-6;
+  BundleProblem bundle;
+  bundle.pinhole = problem.pinhole;
+  bundle.cam_from_world = {SE3(), solution->b_from_a};
+  bundle.camera_fixed = {1, 0};
+  const double sigma_px = problem.options.max_error_px / std::sqrt(bundle_options.chi_square);
+  std::vector<size_t> pair_of_landmark;
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    if (!solution->valid[i] || ParallaxDeg(*solution, i) > max_parallax_deg) continue;
+    const int landmark = static_cast<int>(pair_of_landmark.size());
+    pair_of_landmark.push_back(i);
+    bundle.landmarks_world.push_back(solution->points_a[i]);
+    bundle.observations.push_back({0, landmark, problem.pairs[i].a_px, sigma_px});
+    bundle.observations.push_back({1, landmark, problem.pairs[i].b_px, sigma_px});
+  }
+  AdjustBundle(&bundle, bundle_options);
+
+  const SE3& b_from_a = bundle.cam_from_world[1];
+  const double baseline = b_from_a.translation().norm();
+  if (!(baseline > 0)) return;
+  solution->b_from_a = SE3(b_from_a.rotation(), b_from_a.translation() / baseline);
+  for (size_t landmark = 0; landmark < pair_of_landmark.size(); ++landmark) {
+    solution->points_a[pair_of_landmark[landmark]] = bundle.landmarks_world[landmark] / baseline;
+  }
+  Validate(problem, solution);
+}
+
+/// Adds the poses of a model that its points allow.
+void AddSolutions(const TwoViewProblem& problem, const TwoViewModel& model,
+                  std::vector<TwoViewSolution>* solutions) {
+  for (const SE3& b_from_a : model.b_from_a) {
+    TwoViewSolution solution;
+    solution.b_from_a = b_from_a;
+    Triangulate(problem, &solution);
+    if (MostInFront(problem, model, solution) && GoodEnough(problem, solution))
+      solutions->push_back(solution);
+  }
+}
+
+/// First without the nearest points: a wrong match that meets its epipolar line by chance mostly
+/// triangulates close to the cameras, where it has the leverage to hold the pose in a false
+/// minimum. From the better pose it no longer fits.
+void Refine(const TwoViewProblem& problem, TwoViewSolution* solution) {
+  Adjust(problem, kHighParallaxRatio * solution->median_parallax_deg, solution);
+  Triangulate(problem, solution);
+  Adjust(problem, std::numeric_limits<double>::infinity(), solution);
+  Triangulate(problem, solution);
+}
+
+/// Homography and essential matrix may lead to the same pose.
+bool SamePose(const TwoViewSolution& a, const TwoViewSolution& b) {
+  const SE3& first = a.b_from_a;
+  const SE3& second = b.b_from_a;
+  return first.rotation().angularDistance(second.rotation()) < kSamePoseRad &&
+         ParallaxAngle(first.translation(), second.translation(), Eigen::Vector3d::Zero()) <
+             kSamePoseRad;
+}
+
+/// By falling support: the best, and those as different from it as planar ambiguity makes them and
+/// supported nearly as well, `most` in all.
+std::vector<TwoViewSolution> Choose(const TwoViewProblem& problem,
+                                    std::vector<TwoViewSolution> solutions, size_t most) {
+  std::erase_if(solutions,
+                [&](const TwoViewSolution& solution) { return !GoodEnough(problem, solution); });
+  std::stable_sort(solutions.begin(), solutions.end(),
+                   [](const TwoViewSolution& a, const TwoViewSolution& b) {
+                     return a.valid_count > b.valid_count;
+                   });
+  std::vector<TwoViewSolution> chosen;
+  for (TwoViewSolution& solution : solutions) {
+    if (chosen.size() == most) break;
+    const auto same = [&](const TwoViewSolution& other) { return SamePose(solution, other); };
+    if (std::any_of(chosen.begin(), chosen.end(), same)) continue;
+    const double best = chosen.empty() ? 0 : chosen.front().valid_count;
+    if (solution.valid_count >= problem.options.min_support_ratio * best)
+      chosen.push_back(std::move(solution));
+  }
+  return chosen;
+}
+
+}  // namespace
+
+void TwoViewOptions::Check() const {
+  CheckOption(max_error_px > 0, "max_error_px", max_error_px, "above 0");
+  CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "between 0 and 1");
+  CheckOption(max_iterations >= 1, "max_iterations", max_iterations, "at least 1");
+  CheckOption(min_inliers >= 8, "min_inliers", min_inliers, "at least 8");
+  CheckOption(min_parallax_deg >= 0, "min_parallax_deg", min_parallax_deg, "at least 0");
+  CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
+              "above 0.5 and at most 1");
+  CheckOption(min_support_ratio > 0 && min_support_ratio <= 1, "min_support_ratio",
+              min_support_ratio, "above 0 and at most 1");
+  CheckOption(planar_ratio > 0 && planar_ratio < 1, "planar_ratio", planar_ratio,
+              "between 0 and 1");
+}
+
+std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
+                                             const std::vector<PixelPair>& pairs, uint64_t seed,
+                                             const TwoViewOptions& options) {
+  options.Check();
+  const auto finite = std::count_if(pairs.begin(), pairs.end(), Finite);
+  if (finite < options.min_inliers) return std::nullopt;
+  const auto homography = EstimateHomography(pinhole, pairs, seed, options);
+  const auto essential = EstimateEssential(pinhole, pairs, seed, options);
+
+  TwoViewResult result;
+  result.homography_score = homography ? homography->score : 0;
+  result.essential_score = essential ? essential->score : 0;
+  const double total = result.homography_score + result.essential_score;
+  if (!(total > 0)) return std::nullopt;
+  result.planar = result.homography_score > options.planar_ratio * total;
+  const TwoViewProblem problem{pinhole, pairs, options};
+  std::vector<TwoViewSolution> solutions;
+  if (result.planar) AddSolutions(problem, *homography, &solutions);
+  if (essential) AddSolutions(problem, *essential, &solutions);
+  for (TwoViewSolution& solution : solutions) Refine(problem, &solution);
+  result.solutions = Choose(problem, std::move(solutions), result.planar ? kMaxPlanarSolutions : 1);
+  if (result.solutions.empty()) return std::nullopt;
+  return result;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,268 @@
+#include "deepuav/estimation/two_view.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "deepuav/base/error.h"
+#include "support/estimation_problems.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+SyntheticWorld BoxWorld(uint64_t seed, int landmarks) {
+  Random random(seed);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksInBox(landmarks, {-8, -5, 5}, {8, 5, 18}, &random);
+  return world;
+}
+
+double RotationErrorDeg(const SE3& estimate, const SE3& truth) {
+  return (estimate * truth.Inverse()).Angle() / kDegree;
+}
+double DirectionErrorDeg(const SE3& estimate, const SE3& truth) {
+  return std::acos(
+             std::clamp(estimate.translation().normalized().dot(truth.translation().normalized()),
+                        -1.0, 1.0)) /
+         kDegree;
+}
+
+/// Bound of an inlier for points with 1 px of noise in both images.
+TwoViewOptions NoisyOptions() {
+  TwoViewOptions options;
+  options.max_error_px = 3;
+  return options;
+}
+
+/// The solution nearest to the truth in rotation and direction of travel.
+double BestErrorDeg(const TwoViewResult& result, const SE3& truth) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const TwoViewSolution& s : result.solutions) {
+    best = std::min(
+        best, std::max(RotationErrorDeg(s.b_from_a, truth), DirectionErrorDeg(s.b_from_a, truth)));
+  }
+  return best;
+}
+
+void ExpectPointsMatch(const SyntheticWorld& world, const SyntheticPairs& pairs,
+                       const SE3& a_from_world, double true_baseline,
+                       const TwoViewSolution& solution, double relative_error) {
+  std::vector<double> errors;
+  for (size_t i = 0; i < pairs.pairs.size(); ++i) {
+    if (!solution.valid[i] || pairs.outlier[i]) continue;
+    const Eigen::Vector3d truth =
+        a_from_world * world.landmarks_world[pairs.landmark[i]] / true_baseline;
+    errors.push_back((solution.points_a[i] - truth).norm() / truth.norm());
+  }
+  ASSERT_GT(errors.size(), 20u);
+  std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
+  EXPECT_LT(errors[errors.size() / 2], relative_error);
+}
+
+TEST(EstimateTwoView, ExactForAGeneralSceneWithoutNoise) {
+  const SyntheticWorld world = BoxWorld(1, 300);
+  Random random(2);
+  for (int i = 0; i < 10; ++i) {
+    const SE3 b_from_a = Perturbed(SE3(), 1, 0.1, &random);
+    const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {}, &random);
+    const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, {});
+    ASSERT_TRUE(result) << b_from_a.translation().transpose();
+    ASSERT_EQ(result->solutions.size(), 1u);
+    EXPECT_FALSE(result->planar);
+    EXPECT_LT(BestErrorDeg(*result, b_from_a), 1e-3);
+    EXPECT_NEAR(result->solutions[0].b_from_a.translation().norm(), 1, 1e-12);
+    ExpectPointsMatch(world, seen, SE3(), 1, result->solutions[0], 1e-4);
+  }
+}
+
+TEST(EstimateTwoView, GeneralSceneWithNoiseAndOutliers) {
+  const SyntheticWorld world = BoxWorld(3, 500);
+  Random random(4);
+  for (int i = 0; i < 10; ++i) {
+    Eigen::Vector3d sideways(random.Uniform(-1, 1), random.Uniform(-1, 1),
+                             random.Uniform(-0.3, 0.3));
+    const SE3 b_from_a(RotationExp(0.1 * RandomDirection(&random)), sideways.normalized());
+    const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {1, 0.3}, &random);
+    const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, NoisyOptions());
+    ASSERT_TRUE(result);
+    EXPECT_FALSE(result->planar);
+    EXPECT_LT(BestErrorDeg(*result, b_from_a), 3);
+    ExpectPointsMatch(world, seen, SE3(), 1, result->solutions[0], 0.1);
+    int wrong = 0;
+    for (size_t k = 0; k < seen.pairs.size(); ++k)
+      wrong += seen.outlier[k] && result->solutions[0].valid[k];
+    EXPECT_LT(
+        wrong,
+        0.1 * result->solutions[0].valid_count);  // Some lie on their epipolar line by chance.
+  }
+}
+
+TEST(EstimateTwoView, ForwardMotion) {
+  const SyntheticWorld world = BoxWorld(5, 600);
+  Random random(6);
+  for (int i = 0; i < 10; ++i) {
+    const SE3 b_from_a(RotationExp(0.03 * RandomDirection(&random)), {0.05, 0.02, -1.5});
+    const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0.5, 0.2}, &random);
+    const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, {});
+    ASSERT_TRUE(result);
+    EXPECT_LT(BestErrorDeg(*result, b_from_a), 2);
+  }
+}
+
+TEST(EstimateTwoView, PureRotationGivesNothing) {
+  const SyntheticWorld world = BoxWorld(7, 500);
+  Random random(8);
+  for (int i = 0; i < 10; ++i) {
+    const SE3 b_from_a(RotationExp(random.Uniform(0, 0.3) * RandomDirection(&random)),
+                       Eigen::Vector3d::Zero());
+    for (double noise : {0.0, 0.5, 1.0}) {
+      const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {noise, 0.2}, &random);
+      EXPECT_FALSE(EstimateTwoView(world.pinhole, seen.pairs, 3, NoisyOptions())) << noise;
+    }
+  }
+}
+
+TEST(EstimateTwoView, TooLittleParallaxGivesNothing) {
+  const SyntheticWorld world = BoxWorld(9, 500);
+  Random random(10);
+  const SE3 b_from_a(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
+  const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0.3, 0}, &random);
+  EXPECT_FALSE(EstimateTwoView(world.pinhole, seen.pairs, 3, {}));
+}
+
+class NadirTest : public testing::TestWithParam<double> {};
+
+TEST_P(NadirTest, PlaneFromAboveKeepsTheTrueSolution) {
+  const double tilt = GetParam();
+  Random random(11);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksOnGround(9000, {-120, -120}, {120, 120}, 0, &random);
+  const double height = 60;
+  const double footprint = height * world.width / world.pinhole.fx;
+  for (int i = 0; i < 10; ++i) {
+    const SE3 a_from_world =
+        SE3(RotationExp(tilt * RandomDirection(&random)), Eigen::Vector3d::Zero()) *
+        LookDown({0, 0, height}, -M_PI / 2);
+    // Flown along the image's wide side, of which 25 % overlap.
+    const SE3 b_from_world =
+        SE3(RotationExp(tilt * RandomDirection(&random)), Eigen::Vector3d::Zero()) *
+        LookDown({0.75 * footprint, 0, height}, -M_PI / 2 + random.Uniform(-0.1, 0.1));
+    const SE3 truth = b_from_world * a_from_world.Inverse();
+    const SyntheticPairs seen = ObservePairs(world, a_from_world, b_from_world, {1, 0.3}, &random);
+    ASSERT_GT(seen.pairs.size(), 100u);
+    const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, NoisyOptions());
+    ASSERT_TRUE(result) << i;
+    EXPECT_TRUE(result->planar);
+    EXPECT_LE(result->solutions.size(), 2u);
+    EXPECT_LT(BestErrorDeg(*result, truth), 3) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(TiltRadians, NadirTest, testing::Values(0.0, 0.05, 0.15));
+
+TEST(EstimateTwoView, PlaneApproachedGivesBothSolutionsAndAThirdViewTellsThemApart) {
+  Random random(13);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksOnGround(1500, {-100, -100}, {100, 100}, 0, &random);
+  // Travel at 45 degrees to the ground: the false solution takes its direction for the plane's
+  // normal.
+  const SE3 a = LookDown({0, 0, 60}, 0);
+  const SE3 b = LookDown({15, 5, 45}, 0.1);
+  const SE3 c = LookDown({-5, 20, 50}, -0.1);
+  const SyntheticPairs seen = ObservePairs(world, a, b, {0.5, 0.1}, &random);
+  const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, {});
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->planar);
+  ASSERT_EQ(result->solutions.size(), 2u);
+  EXPECT_LT(BestErrorDeg(*result, b * a.Inverse()), 2);
+
+  // The points of the true solution alone fit the third view.
+  const double baseline = (b * a.Inverse()).translation().norm();
+  std::vector<double> rms;
+  for (const TwoViewSolution& solution : result->solutions) {
+    std::vector<PoseObservation> observations;
+    for (size_t i = 0; i < seen.pairs.size(); ++i) {
+      if (!solution.valid[i]) continue;
+      const Eigen::Vector2d px = world.pinhole.Project(c * world.landmarks_world[seen.landmark[i]]);
+      observations.push_back({solution.points_a[i], px, 1});
+    }
+    const SE3 c_from_a = c * a.Inverse();
+    MotionOnlyOptions options;
+    options.chi_square = 1e6;
+    rms.push_back(OptimizePose(world.pinhole, observations,
+                               SE3(c_from_a.rotation(), c_from_a.translation() / baseline), options)
+                      .rms_px);
+  }
+  const bool first_is_true = RotationErrorDeg(result->solutions[0].b_from_a, b * a.Inverse()) <
+                             RotationErrorDeg(result->solutions[1].b_from_a, b * a.Inverse());
+  EXPECT_LT(2 * rms[first_is_true ? 0 : 1], rms[first_is_true ? 1 : 0]);
+}
+
+TEST(EstimateTwoView, PointsOffThePlaneSupportTheTrueSolutionMost) {
+  Random random(15);
+  for (int i = 0; i < 5; ++i) {
+    SyntheticWorld world;
+    world.landmarks_world = LandmarksOnGround(1200, {-100, -100}, {100, 100}, 0, &random);
+    for (int k = 0; k < 120; ++k) world.landmarks_world[10 * k].z() = random.Uniform(5, 25);
+    const SE3 a = LookAt({0, -30, 50}, {0, 0, 0}, Eigen::Vector3d::UnitZ());
+    const SE3 b = LookAt({random.Uniform(12, 18), -35, 50}, {2, 0, 0}, Eigen::Vector3d::UnitZ());
+    const SyntheticPairs seen = ObservePairs(world, a, b, {0.5, 0.1}, &random);
+    const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, {});
+    ASSERT_TRUE(result);
+    EXPECT_LT(RotationErrorDeg(result->solutions[0].b_from_a, b * a.Inverse()), 0.5);
+    EXPECT_LT(DirectionErrorDeg(result->solutions[0].b_from_a, b * a.Inverse()), 2);
+  }
+}
+
+TEST(EstimateTwoView, NothingFromTooFewUnrelatedOrBadPairs) {
+  const SyntheticWorld world = BoxWorld(17, 400);
+  Random random(18);
+  const SE3 b_from_a = Perturbed(SE3(), 1, 0.1, &random);
+  const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0.3, 0}, &random);
+  for (size_t count : {0u, 3u, 4u, 5u, 8u, 49u}) {
+    const std::vector<PixelPair> few(seen.pairs.begin(), seen.pairs.begin() + count);
+    EXPECT_FALSE(EstimateTwoView(world.pinhole, few, 3, {}));
+  }
+  const SyntheticPairs unrelated = ObservePairs(world, SE3(), b_from_a, {0, 1}, &random);
+  EXPECT_FALSE(EstimateTwoView(world.pinhole, unrelated.pairs, 3, {}));
+  const std::vector<PixelPair> same(200, PixelPair{{10, 20}, {30, 40}});
+  EXPECT_FALSE(EstimateTwoView(world.pinhole, same, 3, {}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(EstimateTwoView(world.pinhole,
+                               std::vector<PixelPair>(200, PixelPair{{nan, 20}, {30, 40}}), 3, {}));
+
+  std::vector<PixelPair> some_bad = seen.pairs;
+  for (size_t i = 0; i < 20; ++i) some_bad[i].b_px.x() = nan;
+  const auto result = EstimateTwoView(world.pinhole, some_bad, 3, {});
+  ASSERT_TRUE(result);
+  for (size_t i = 0; i < 20; ++i) EXPECT_FALSE(result->solutions[0].valid[i]);
+  EXPECT_LT(BestErrorDeg(*result, b_from_a), 1);
+
+  TwoViewOptions options;
+  options.max_error_px = 0;
+  EXPECT_THROW(EstimateTwoView(world.pinhole, seen.pairs, 3, options), Error);
+}
+
+TEST(EstimateTwoView, TheSeedAloneDecidesTheSamples) {
+  Random random(19);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksOnGround(800, {-100, -100}, {100, 100}, 2, &random);
+  const SE3 a = LookAt({0, -30, 50}, {0, 0, 0}, Eigen::Vector3d::UnitZ());
+  const SE3 b = LookAt({15, -35, 50}, {2, 0, 0}, Eigen::Vector3d::UnitZ());
+  const SyntheticPairs seen = ObservePairs(world, a, b, {0.7, 0.3}, &random);
+  for (uint64_t seed : {0ull, 5ull, ~0ull}) {
+    const auto first = EstimateTwoView(world.pinhole, seen.pairs, seed, {});
+    const auto second = EstimateTwoView(world.pinhole, seen.pairs, seed, {});
+    ASSERT_TRUE(first && second);
+    ASSERT_EQ(first->solutions.size(), second->solutions.size());
+    for (size_t i = 0; i < first->solutions.size(); ++i) {
+      EXPECT_EQ(first->solutions[i].b_from_a.Matrix(), second->solutions[i].b_from_a.Matrix());
+      EXPECT_EQ(first->solutions[i].valid, second->solutions[i].valid);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,110 @@
+#include "deepuav/evaluation/association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kNanosecondsPerSecond = 1e9;
+constexpr double kLongestSpan_s = 1e9;  // Keeps seconds within 64-bit nanoseconds.
+
+std::vector<int64_t> Nanoseconds(const Trajectory& trajectory, int64_t offset) {
+  std::vector<int64_t> stamps;
+  stamps.reserve(trajectory.size());
+  for (const TimedPose& pose : trajectory) stamps.push_back(pose.time.nanoseconds + offset);
+  return stamps;
+}
+
+int NearestIndex(const std::vector<int64_t>& stamps, int64_t stamp) {
+  const auto after = std::upper_bound(stamps.begin(), stamps.end(), stamp);
+  if (after == stamps.begin()) return 0;
+  const auto before = after - 1;
+  const bool take_after = after != stamps.end() && *after - stamp < stamp - *before;
+  return static_cast<int>((take_after ? after : before) - stamps.begin());
+}
+
+struct Match {
+  int few, many;
+  int64_t difference;
+};
+
+void KeepNearestOfShared(std::vector<Match>& matches) {
+  std::vector<Match> kept;
+  for (const Match& match : matches) {
+    if (kept.empty() || kept.back().many != match.many) {
+      kept.push_back(match);
+    } else if (match.difference < kept.back().difference) {
+      kept.back() = match;
+    }
+  }
+  matches = std::move(kept);
+}
+
+std::string RangeText(const Trajectory& trajectory, double offset_s) {
+  if (trajectory.empty()) return "no poses";
+  return fmt::format("{:.3f} to {:.3f} s", trajectory.front().time.seconds() + offset_s,
+                     trajectory.back().time.seconds() + offset_s);
+}
+
+}  // namespace
+
+void AssociationOptions::Check() const {
+  CheckOption(max_difference_s >= 0 && max_difference_s < kLongestSpan_s, "max_difference_s",
+              max_difference_s, "0 s or more");
+  CheckOption(std::abs(time_offset_s) < kLongestSpan_s, "time_offset_s", time_offset_s,
+              "a number of seconds");
+}
+
+std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory& estimate,
+                                      const AssociationOptions& options) {
+  options.Check();
+  const bool truth_is_shorter = truth.size() < estimate.size();
+  const auto offset =
+      static_cast<int64_t>(std::llround(options.time_offset_s * kNanosecondsPerSecond));
+  const auto limit =
+      static_cast<int64_t>(std::llround(options.max_difference_s * kNanosecondsPerSecond));
+  const std::vector<int64_t> truth_stamps = Nanoseconds(truth, 0);
+  const std::vector<int64_t> estimate_stamps = Nanoseconds(estimate, offset);
+  const std::vector<int64_t>& few = truth_is_shorter ? truth_stamps : estimate_stamps;
+  const std::vector<int64_t>& many = truth_is_shorter ? estimate_stamps : truth_stamps;
+
+  std::vector<Match> matches;
+  for (size_t i = 0; i < few.size(); ++i) {
+    const int nearest = NearestIndex(many, few[i]);
+    const int64_t difference = std::abs(many[static_cast<size_t>(nearest)] - few[i]);
+    if (difference <= limit) matches.push_back({static_cast<int>(i), nearest, difference});
+  }
+  if (options.one_to_one) KeepNearestOfShared(matches);
+  if (matches.empty()) {
+    throw Error(
+        "No pose of the estimate lies within {} s of a pose of the truth: the truth spans {}, the "
+        "estimate {}{}",
+        options.max_difference_s, RangeText(truth, 0), RangeText(estimate, options.time_offset_s),
+        options.time_offset_s == 0 ? "" : " with the time offset");
+  }
+
+  std::vector<AssociatedPair> pairs;
+  pairs.reserve(matches.size());
+  for (const Match& match : matches) {
+    pairs.push_back(truth_is_shorter ? AssociatedPair{match.few, match.many}
+                                     : AssociatedPair{match.many, match.few});
+  }
+  return pairs;
+}
+
+int CountSharedPoses(const std::vector<AssociatedPair>& pairs) {
+  int shared = 0;
+  for (size_t i = 1; i < pairs.size(); ++i) {
+    shared += pairs[i].truth == pairs[i - 1].truth || pairs[i].estimate == pairs[i - 1].estimate;
+  }
+  return shared;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "deepuav/io/trajectory.h"
+
+namespace deepuav {
+
+struct AssociationOptions {
+  double max_difference_s = 0.01;  ///< Largest difference of two associated time stamps, seconds.
+  double time_offset_s = 0;        ///< Added to the estimate's time stamps, seconds.
+  bool one_to_one = false;  ///< Let no pose serve two partners: of several the nearest keeps it.
+
+  /// Throws Error for a value that cannot be.
+  void Check() const;
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("max_difference_s", max_difference_s, "s",
+          "largest difference of two associated time stamps");
+    visit("time_offset_s", time_offset_s, "s", "added to the estimate's time stamps");
+    visit("one_to_one", one_to_one, "", "let no pose serve two partners");
+  }
+};
+
+/// Indices into the two trajectories.
+struct AssociatedPair {
+  int truth = 0;
+  int estimate = 0;
+
+  bool operator==(const AssociatedPair&) const = default;
+};
+
+/// Pairs each pose of the trajectory with fewer poses (the estimate if equal) with the pose of the
+/// other that is nearest in time, if no further than the limit; nothing is interpolated. It is the
+/// rule of evo, under which a pose of the longer trajectory can serve several of the shorter,
+/// unless `one_to_one`. Pairs come by growing time. Throws Error, naming the two time ranges, if
+/// there is no pair.
+std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory& estimate,
+                                      const AssociationOptions& options = {});
+
+/// How many pairs share a pose with an earlier pair.
+int CountSharedPoses(const std::vector<AssociatedPair>& pairs);
+
+}  // namespace deepuav

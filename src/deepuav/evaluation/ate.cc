@@ -1,0 +1,64 @@
+#include "deepuav/evaluation/ate.h"
+
+#include "deepuav/base/error.h"
+
+namespace deepuav {
+namespace {
+
+constexpr size_t kFewestToAlign = 3;
+
+Sim3 AlignOrThrow(const Trajectory& truth, const Trajectory& estimate, AlignmentKind kind) {
+  if (truth.size() < kFewestToAlign) {
+    throw Error("{} associated poses are too few to align: expected at least {}", truth.size(),
+                kFewestToAlign);
+  }
+  const std::optional<Sim3> aligned = Align(Positions(estimate), Positions(truth), kind);
+  if (!aligned) {
+    throw Error(
+        "The {} associated positions do not determine the alignment: they lie in one point or on "
+        "one line",
+        truth.size());
+  }
+  return *aligned;
+}
+
+}  // namespace
+
+AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& estimate,
+                                   std::optional<AlignmentKind> kind, bool horizontal) {
+  if (truth.size() != estimate.size()) {
+    throw Error("{} poses of truth do not pair with {} of the estimate", truth.size(),
+                estimate.size());
+  }
+  if (truth.empty()) throw Error("There is no pose to compare");
+  AbsoluteError result;
+  if (kind) result.truth_from_estimate = AlignOrThrow(truth, estimate, *kind);
+  result.errors_m.reserve(truth.size());
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector3d difference =
+        result.truth_from_estimate * estimate[i].world_from_cam.translation() -
+        truth[i].world_from_cam.translation();
+    result.errors_m.push_back(horizontal ? difference.head<2>().norm() : difference.norm());
+  }
+  result.statistics_m = ComputeStatistics(result.errors_m);
+  return result;
+}
+
+Trajectory MoveTrajectory(const Sim3& new_from_old, const Trajectory& trajectory) {
+  Trajectory moved;
+  moved.reserve(trajectory.size());
+  for (const TimedPose& pose : trajectory) {
+    moved.push_back({pose.time, SE3(new_from_old.rotation() * pose.world_from_cam.rotation(),
+                                    new_from_old * pose.world_from_cam.translation())});
+  }
+  return moved;
+}
+
+std::vector<Eigen::Vector3d> Positions(const Trajectory& trajectory) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(trajectory.size());
+  for (const TimedPose& pose : trajectory) positions.push_back(pose.world_from_cam.translation());
+  return positions;
+}
+
+}  // namespace deepuav

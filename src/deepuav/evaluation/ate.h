@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "deepuav/evaluation/statistics.h"
+#include "deepuav/geometry/alignment.h"
+#include "deepuav/io/trajectory.h"
+
+namespace deepuav {
+
+/// The absolute trajectory error (Sturm et al. 2012): distances of positions after alignment.
+struct AbsoluteError {
+  Sim3 truth_from_estimate;      ///< The alignment; identity for none.
+  std::vector<double> errors_m;  ///< One per pose.
+  ErrorStatistics statistics_m;
+};
+
+/// Compares pose i of `truth` with pose i of `estimate`, after the estimate was moved by the
+/// alignment of `kind` (nothing: as it is). `horizontal`: the error is the distance in x and y
+/// alone; the alignment stays the three-dimensional one. Throws Error if the sizes differ, there is
+/// no pose, or the positions do not determine the alignment.
+AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& estimate,
+                                   std::optional<AlignmentKind> kind, bool horizontal = false);
+
+/// The poses after their world moved by the similarity: positions scaled, orientations turned.
+Trajectory MoveTrajectory(const Sim3& new_from_old, const Trajectory& trajectory);
+
+std::vector<Eigen::Vector3d> Positions(const Trajectory& trajectory);
+
+}  // namespace deepuav

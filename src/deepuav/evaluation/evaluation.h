@@ -1,0 +1,54 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "deepuav/evaluation/association.h"
+#include "deepuav/evaluation/ate.h"
+#include "deepuav/evaluation/rpe.h"
+#include "deepuav/evaluation/truth.h"
+
+namespace deepuav {
+
+struct EvaluationOptions {
+  AssociationOptions association;
+  std::optional<AlignmentKind> alignment =
+      AlignmentKind::kSimilar;  ///< Nothing: compare as they are.
+  bool horizontal = false;      ///< Position errors in x and y alone.
+  RpeOptions rpe;
+  double start_s =
+      0;  ///< Part of the truth to use: from here on, seconds from its first time stamp,
+  double end_s = std::numeric_limits<double>::infinity();  ///< to here.
+
+  /// Throws Error for a value that cannot be.
+  void Check() const;
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("horizontal", horizontal, "", "position errors in x and y alone");
+    visit("start_s", start_s, "s", "start of the part to evaluate, from the first truth");
+    visit("end_s", end_s, "s", "end of the part to evaluate, from the first truth");
+  }
+};
+
+/// How well an estimate agrees with the truth.
+struct Evaluation {
+  Trajectory truth;             ///< All poses of the part evaluated.
+  int estimate_poses = 0;       ///< All poses of the estimate in that part.
+  Trajectory matched_truth;     ///< One pose a pair.
+  Trajectory matched_estimate;  ///< One pose a pair, aligned; times as in the estimate's file.
+  int shared_poses = 0;         ///< Pairs that share a pose with another pair.
+  AbsoluteError ate;
+  std::optional<RelativeError> rpe;  ///< Nothing where no two poses are the step apart.
+
+  /// The part of the truth's poses that has an estimate, in 0..1.
+  double Completeness() const;
+};
+
+/// Associates, aligns and compares. Throws Error if nothing can be associated or the alignment is
+/// not determined.
+Evaluation EvaluateTrajectory(const Truth& truth, const Trajectory& estimate,
+                              const EvaluationOptions& options = {});
+
+}  // namespace deepuav

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "deepuav/evaluation/evaluation.h"
+
+namespace deepuav {
+
+/// The two axes (0: x, 1: y, 2: z) along which the truth extends furthest, in rising order.
+std::array<int, 2> PlanAxes(const Trajectory& truth);
+
+/// An SVG picture: truth and aligned estimate in plan and as x, y and z over time, and the position
+/// error over time. Lines break where poses are missing. The same evaluation gives the same text.
+std::string PlotTrajectories(const Evaluation& evaluation, const EvaluationOptions& options);
+
+}  // namespace deepuav

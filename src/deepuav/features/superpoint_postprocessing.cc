@@ -1,0 +1,247 @@
+#include "deepuav/features/superpoint_postprocessing.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "deepuav/base/error.h"
+
+namespace deepuav {
+namespace {
+
+/// exp(x) for x in [-80, 0], to 3e-7 of itself; smaller x give exp(-80). Written so that compilers
+/// vectorise it: 2^n by the exponent's bits times the Taylor polynomial of 2^f, |f| <= 0.5.
+inline float FastExp(float x) {
+  constexpr float kLowest = -80.0f;
+  constexpr float kLog2E = 1.44269504f;
+  constexpr float kLn2High = 0.693359375f,
+                  kLn2Low = -2.12194440e-4f;      // Cody and Waite's two parts of ln 2
+  constexpr float kRoundToInteger = 12582912.0f;  // 1.5 * 2^23
+  x = x < kLowest ? kLowest : x;
+  const float shifted = x * kLog2E + kRoundToInteger;
+  const float n = shifted - kRoundToInteger;
+  const float r = (x - n * kLn2High) - n * kLn2Low;
+  float p = 1.0f / 720;
+  p = p * r + 1.0f / 120;
+  p = p * r + 1.0f / 24;
+  p = p * r + 1.0f / 6;
+  p = p * r + 0.5f;
+  p = p * r + 1.0f;
+  p = p * r + 1.0f;
+  const uint32_t exponent =
+      (std::bit_cast<uint32_t>(shifted) - std::bit_cast<uint32_t>(kRoundToInteger)) << 23;
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(p) + exponent);
+}
+
+/// Exponentials of one row of cells, relative to each cell's largest: `exponentials` [65, columns]
+/// and the inverse of each cell's sum.
+void RowExponentials(const float* logits, size_t channel_stride, int columns, float* exponentials,
+                     float* inverse_sums) {
+  float* largest = inverse_sums;
+  std::copy_n(logits, columns, largest);
+  float not_finite = 0;  // 0 unless a value is infinite or NaN
+  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
+    const float* row = logits + static_cast<size_t>(channel) * channel_stride;
+    for (int x = 0; x < columns; ++x) largest[x] = largest[x] < row[x] ? row[x] : largest[x];
+  }
+  std::array<float, 8> partial{};
+  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
+    const float* row = logits + static_cast<size_t>(channel) * channel_stride;
+    float* out = exponentials + static_cast<size_t>(channel) * static_cast<size_t>(columns);
+    for (int x = 0; x < columns; ++x) out[x] = FastExp(row[x] - largest[x]);
+    for (int x = 0; x < columns; ++x) partial[static_cast<size_t>(x % 8)] += row[x] * 0.0f;
+  }
+  for (const float value : partial) not_finite += value;
+  if (not_finite != 0) throw Error("the detector's logits have a value that is not finite");
+  std::fill_n(inverse_sums, columns, 0.0f);
+  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
+    const float* row = exponentials + static_cast<size_t>(channel) * static_cast<size_t>(columns);
+    for (int x = 0; x < columns; ++x) inverse_sums[x] += row[x];
+  }
+  for (int x = 0; x < columns; ++x) inverse_sums[x] = 1.0f / inverse_sums[x];
+}
+
+bool AllBelow(const float* row, int begin, int end, float score) {
+  for (int x = begin; x < end; ++x) {
+    if (row[x] >= score) return false;
+  }
+  return true;
+}
+
+bool NoneAbove(const float* row, int begin, int end, float score) {
+  for (int x = begin; x < end; ++x) {
+    if (row[x] > score) return false;
+  }
+  return true;
+}
+
+bool IsMaximum(const HeatMap& map, int x, int y, int radius) {
+  const float score = map.Row(y)[x];
+  const int left = std::max(0, x - radius), right = std::min(map.width, x + radius + 1);
+  if (!AllBelow(map.Row(y), left, x, score) || !NoneAbove(map.Row(y), x + 1, right, score))
+    return false;
+  for (int distance = 1; distance <= radius; ++distance) {
+    if (y - distance >= 0 && !AllBelow(map.Row(y - distance), left, right, score)) return false;
+    if (y + distance < map.height && !NoneAbove(map.Row(y + distance), left, right, score))
+      return false;
+  }
+  return true;
+}
+
+/// Weights of the four neighbours around a position `fraction` in [0, 1) after the second, by the
+/// cubic convolution that reproduces quadratics (Keys 1981, a = -1/2).
+std::array<float, 4> CubicWeights(float fraction) {
+  const float t = fraction, t2 = t * t, t3 = t2 * t;
+  return {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t),
+          0.5f * (t3 - t2)};
+}
+
+}  // namespace
+
+void LogitsToHeatMap(std::span<const float> logits, int rows, int columns,
+                     std::span<float> heat_map, std::vector<float>* scratch) {
+  const size_t cells = static_cast<size_t>(rows) * static_cast<size_t>(columns);
+  if (logits.size() != cells * kSuperPointLogits ||
+      heat_map.size() != cells * kSuperPointCell * kSuperPointCell) {
+    throw Error("{} logits for a heat map of {} pixels: expected {} and {} for {}x{} cells",
+                logits.size(), heat_map.size(), cells * kSuperPointLogits,
+                cells * kSuperPointCell * kSuperPointCell, columns, rows);
+  }
+  const auto width = static_cast<size_t>(columns);
+  scratch->resize(width * (kSuperPointLogits + 1));
+  float* exponentials = scratch->data();
+  float* inverse_sums = exponentials + width * kSuperPointLogits;
+  for (int row = 0; row < rows; ++row) {
+    RowExponentials(logits.data() + static_cast<size_t>(row) * width, cells, columns, exponentials,
+                    inverse_sums);
+    for (int dy = 0; dy < kSuperPointCell; ++dy) {
+      const float* channels = exponentials + static_cast<size_t>(dy * kSuperPointCell) * width;
+      float* out = heat_map.data() +
+                   static_cast<size_t>(row * kSuperPointCell + dy) * width * kSuperPointCell;
+      for (size_t x = 0; x < width; ++x) {
+        for (size_t dx = 0; dx < kSuperPointCell; ++dx) {
+          out[x * kSuperPointCell + dx] = channels[dx * width + x] * inverse_sums[x];
+        }
+      }
+    }
+  }
+}
+
+void CheckFinite(const HeatMap& heat_map) {
+  for (int y = 0; y < heat_map.height; ++y) {
+    const float* row = heat_map.Row(y);
+    std::array<float, 8> partial{};
+    for (int x = 0; x < heat_map.width; ++x) partial[static_cast<size_t>(x % 8)] += row[x] * 0.0f;
+    for (const float value : partial) {
+      if (value != 0) throw Error("the detector's heat map has a value that is not finite");
+    }
+  }
+}
+
+std::vector<Peak> FindPeaks(const HeatMap& heat_map, const PeakOptions& options) {
+  std::vector<Peak> peaks;
+  for (int y = options.border; y < heat_map.height - options.border; ++y) {
+    const float* row = heat_map.Row(y);
+    for (int x = options.border; x < heat_map.width - options.border; ++x) {
+      if (row[x] > options.threshold && IsMaximum(heat_map, x, y, options.radius))
+        peaks.push_back({x, y, row[x]});
+    }
+  }
+  const auto better = [](const Peak& a, const Peak& b) {
+    if (a.score != b.score) return a.score > b.score;
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  };
+  const auto kept =
+      static_cast<ptrdiff_t>(std::min(peaks.size(), static_cast<size_t>(options.count)));
+  std::partial_sort(peaks.begin(), peaks.begin() + kept, peaks.end(), better);
+  peaks.resize(static_cast<size_t>(kept));
+  return peaks;
+}
+
+PeakRefiner::PeakRefiner(double sigma_px, double max_offset_px)
+    : max_offset_px_(static_cast<float>(max_offset_px)) {
+  const int radius = static_cast<int>(std::ceil(3 * sigma_px));
+  for (int i = -radius; i <= radius; ++i) {
+    const double distance = i == 0 ? 0 : i / sigma_px;
+    kernel_.push_back(static_cast<float>(std::exp(-0.5 * distance * distance)));
+  }
+}
+
+/// Entry (row, column) belongs to the pixel (column - 1, row - 1) from the peak. The kernel is not
+/// normalised: that only adds a constant.
+Eigen::Matrix3f PeakRefiner::SmoothedLogarithm(const HeatMap& heat_map, const Peak& peak) const {
+  const int radius = static_cast<int>(kernel_.size()) / 2;
+  Eigen::Matrix3f smoothed = Eigen::Matrix3f::Zero();
+  for (int dy = -radius - 1; dy <= radius + 1; ++dy) {
+    const float* row = heat_map.Row(std::clamp(peak.y + dy, 0, heat_map.height - 1));
+    Eigen::RowVector3f along_row = Eigen::RowVector3f::Zero();
+    for (int dx = -radius - 1; dx <= radius + 1; ++dx) {
+      const float value = row[std::clamp(peak.x + dx, 0, heat_map.width - 1)];
+      for (int column = 0; column < 3; ++column) {
+        const int k = dx - (column - 1) + radius;
+        if (k >= 0 && k <= 2 * radius) along_row[column] += kernel_[static_cast<size_t>(k)] * value;
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int k = dy - (i - 1) + radius;
+      if (k >= 0 && k <= 2 * radius) smoothed.row(i) += kernel_[static_cast<size_t>(k)] * along_row;
+    }
+  }
+  return smoothed.cwiseMax(std::numeric_limits<float>::min()).array().log();
+}
+
+Eigen::Vector2f PeakRefiner::Refine(const HeatMap& heat_map, const Peak& peak) const {
+  const Eigen::Matrix3f log = SmoothedLogarithm(heat_map, peak);
+  const Eigen::RowVector3f columns = log.colwise().sum();
+  const Eigen::Vector3f rows = log.rowwise().sum();
+  const Eigen::Vector2f gradient((columns[2] - columns[0]) / 6, (rows[2] - rows[0]) / 6);
+  Eigen::Matrix2f hessian;
+  hessian(0, 0) = (columns[0] - 2 * columns[1] + columns[2]) / 3;
+  hessian(1, 1) = (rows[0] - 2 * rows[1] + rows[2]) / 3;
+  hessian(0, 1) = hessian(1, 0) = (log(0, 0) + log(2, 2) - log(0, 2) - log(2, 0)) / 4;
+
+  Eigen::Vector2f offset = Eigen::Vector2f::Zero();
+  if (hessian(0, 0) < 0 && hessian.determinant() > 0) {
+    offset = (-hessian.inverse() * gradient).cwiseMax(-max_offset_px_).cwiseMin(max_offset_px_);
+  }
+  return Eigen::Vector2f(static_cast<float>(peak.x), static_cast<float>(peak.y)) + offset;
+}
+
+void SampleDescriptor(const DescriptorMap& map, const Eigen::Vector2f& px,
+                      std::span<float> descriptor) {
+  constexpr float kFirstCentre = 0.5f * (kSuperPointCell - 1);
+  const Eigen::Vector2f cell = (px.array() - kFirstCentre) / kSuperPointCell;
+  const Eigen::Vector2f corner = cell.array().floor();
+  const auto weights_x = CubicWeights(cell.x() - corner.x()),
+             weights_y = CubicWeights(cell.y() - corner.y());
+  const auto dimension = static_cast<size_t>(map.dimension);
+
+  std::fill(descriptor.begin(), descriptor.end(), 0.0f);
+  for (int j = 0; j < 4; ++j) {
+    const int row = std::clamp(static_cast<int>(corner.y()) - 1 + j, 0, map.rows - 1);
+    std::array<const float*, 4> cells;
+    std::array<float, 4> weights;
+    for (int i = 0; i < 4; ++i) {
+      const int column = std::clamp(static_cast<int>(corner.x()) - 1 + i, 0, map.columns - 1);
+      const auto k = static_cast<size_t>(i);
+      cells[k] = map.values + (static_cast<size_t>(row) * static_cast<size_t>(map.columns) +
+                               static_cast<size_t>(column)) *
+                                  dimension;
+      weights[k] = weights_x[k] * weights_y[static_cast<size_t>(j)];
+    }
+    const float *a = cells[0], *b = cells[1], *c = cells[2], *d = cells[3];
+    float* out = descriptor.data();
+    for (size_t k = 0; k < dimension; ++k) {
+      out[k] += (weights[0] * a[k] + weights[1] * b[k]) + (weights[2] * c[k] + weights[3] * d[k]);
+    }
+  }
+  Eigen::Map<Eigen::VectorXf> vector(descriptor.data(), static_cast<Eigen::Index>(dimension));
+  const float norm = vector.norm();
+  if (!std::isfinite(norm)) throw Error("the descriptors have a value that is not finite");
+  if (norm > 0) vector /= norm;
+}
+
+}  // namespace deepuav

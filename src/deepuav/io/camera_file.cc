@@ -1,0 +1,107 @@
+#include "deepuav/io/camera_file.h"
+
+#include <algorithm>
+#include <array>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/nearest_name.h"
+#include "deepuav/io/text_file.h"
+#include "deepuav/io/yaml_map.h"
+
+namespace deepuav {
+namespace {
+
+const std::array<std::string, 9> kFields = {"model", "width", "height",     "fx",     "fy",
+                                            "cx",    "cy",    "distortion", "rate_hz"};
+const std::array<std::string, 4> kModels = {"pinhole", "radial_tangential", "equidistant", "auto"};
+const std::array<std::string, 6> kIntrinsics = {"width", "height", "fx", "fy", "cx", "cy"};
+
+std::string ReadModel(const YamlMap& yaml) {
+  const std::string model = yaml.Text("model");
+  if (std::find(kModels.begin(), kModels.end(), model) == kModels.end()) {
+    throw Error(
+        "{}: model is {}: expected pinhole, radial_tangential, equidistant or auto (the nearest is "
+        "'{}')",
+        yaml.Where("model"), Quoted(model), NearestName(model, kModels));
+  }
+  return model;
+}
+
+LensModel LensOf(const std::string& model, bool distorted) {
+  if (model == "equidistant") return LensModel::kEquidistant;
+  if (model == "radial_tangential" || (model == "auto" && distorted))
+    return LensModel::kRadialTangential;
+  return LensModel::kPinhole;
+}
+
+void ReadIntrinsics(const YamlMap& yaml, const std::string& model, Camera* camera) {
+  camera->width = yaml.Integer("width", 1, kMaxImageSidePx);
+  camera->height = yaml.Integer("height", 1, kMaxImageSidePx);
+  camera->pinhole = {yaml.Number("fx"), yaml.Number("fy"), yaml.Number("cx"), yaml.Number("cy")};
+  const bool may_lack_distortion = model == "pinhole" || model == "auto";
+  if (yaml.Has("distortion") || !may_lack_distortion)
+    camera->distortion = yaml.Numbers("distortion");
+  camera->lens = LensOf(model, !camera->distortion.empty());
+  CheckDistortionCount(camera->lens, camera->distortion.size(), yaml.Where("distortion"),
+                       "distortion");
+}
+
+}  // namespace
+
+void CheckDistortionCount(LensModel lens, size_t count, const std::string& where,
+                          const std::string& field) {
+  const auto require = [&](bool holds, const char* expected) {
+    if (!holds)
+      throw Error("{}: {} holds {} coefficients: expected {}", where, field, count, expected);
+  };
+  switch (lens) {
+    case LensModel::kPinhole:
+      return require(count == 0, "none for a pinhole");
+    case LensModel::kRadialTangential:
+      return require(count == 4 || count == 5, "4 or 5 (k1 k2 p1 p2 [k3])");
+    case LensModel::kEquidistant:
+      return require(count == 4, "4 (k1 k2 k3 k4)");
+  }
+}
+
+CameraFile ReadCameraFile(const std::filesystem::path& file) {
+  const YamlMap yaml = YamlMap::Read(file);
+  yaml.RequireKnown(kFields);
+  const std::string model = ReadModel(yaml);
+  CameraFile result;
+  result.refine = model == "auto";
+  const bool any_given = std::any_of(kIntrinsics.begin(), kIntrinsics.end(),
+                                     [&](const auto& key) { return yaml.Has(key); });
+  result.has_intrinsics = !result.refine || any_given;
+  if (yaml.Has("rate_hz")) {
+    result.camera.rate_hz = yaml.Number("rate_hz");
+    if (result.camera.rate_hz <= 0) {
+      throw Error("{}: rate_hz is {}: expected more than 0", yaml.Where("rate_hz"),
+                  result.camera.rate_hz);
+    }
+  }
+  if (!result.has_intrinsics) {
+    if (yaml.Has("distortion")) {
+      throw Error(
+          "{}: distortion is given without width, height, fx, fy, cx and cy: expected all or none",
+          yaml.Where("distortion"));
+    }
+    return result;
+  }
+  ReadIntrinsics(yaml, model, &result.camera);
+  result.camera.Check(file.string());
+  return result;
+}
+
+CameraFile ReadCompleteCameraFile(const std::filesystem::path& file) {
+  CameraFile result = ReadCameraFile(file);
+  if (!result.has_intrinsics) {
+    throw Error(
+        "{}: model is 'auto' without intrinsics, and there is no EXIF: expected width, height, fx, "
+        "fy, cx, cy",
+        file.string());
+  }
+  return result;
+}
+
+}  // namespace deepuav

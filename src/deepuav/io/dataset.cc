@@ -1,0 +1,62 @@
+#include "deepuav/io/dataset.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "deepuav/base/error.h"
+#include "deepuav/io/image_file_dataset.h"
+#include "deepuav/io/layout_readers.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsVideoFileName(const fs::path& file) {
+  static const std::array<std::string, 9> kEndings = {".mp4", ".mov", ".m4v",  ".avi", ".mkv",
+                                                      ".mpg", ".ts",  ".webm", ".mpeg"};
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+bool HoldsPhotographs(const fs::path& folder) {
+  if (!fs::is_directory(folder)) return false;
+  const fs::directory_iterator entries(folder);
+  return std::any_of(begin(entries), end(entries),
+                     [](const auto& entry) { return IsImageFileName(entry.path()); });
+}
+
+std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& options) {
+  if (fs::is_directory(path / "mav0")) return OpenEuroc(path / "mav0", options);
+  if (fs::is_directory(path / "cam0")) return OpenEuroc(path, options);
+  if (fs::exists(path / "rgb.txt")) return OpenTum(path, options);
+  if (fs::is_directory(path / "image_0")) return OpenKitti(path, options);
+  if (HoldsPhotographs(path)) return OpenPhotographs(path, path, options);
+  if (HoldsPhotographs(path / "images")) return OpenPhotographs(path, path / "images", options);
+  if (fs::is_empty(path)) throw Error("{}: the folder is empty: expected a dataset", path.string());
+  throw Error(
+      "{}: no known layout: expected EuRoC (mav0/), TUM (rgb.txt), KITTI (image_0/, times.txt, "
+      "calib.txt), or "
+      "photographs (jpg, png, tif; here or in images/)",
+      path.string());
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> OpenDataset(const fs::path& path, const DatasetOptions& options) try {
+  if (!fs::exists(path))
+    throw Error("{}: there is no such file or folder: expected a dataset", path.string());
+  if (fs::is_directory(path)) return OpenFolder(path, options);
+  if (IsVideoFileName(path)) return OpenVideo(path, options);
+  throw Error(
+      "{}: is no folder and no known video: expected mp4, mov, m4v, avi, mkv, mpg, mpeg, ts or "
+      "webm",
+      path.string());
+} catch (const fs::filesystem_error& error) {
+  throw Error("{}: cannot be read: {}", error.path1().string(), error.code().message());
+}
+
+}  // namespace deepuav

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "deepuav/base/time.h"
+#include "deepuav/io/dataset.h"
+
+namespace deepuav {
+
+/// What a photograph's EXIF says of when, where and with what lens it was taken. What is absent or
+/// cannot be is empty.
+struct PhotoExif {
+  std::optional<Timestamp>
+      time;  ///< DateTimeOriginal and SubSecTimeOriginal, the camera's clock read as UTC.
+  std::optional<GeoFix> fix;
+  std::string camera_model;
+  std::optional<double> focal_length_mm;
+  std::optional<double> focal_length_35mm;  ///< Of the same view on a frame 36 mm wide.
+  std::optional<double> sensor_width_mm;    ///< By FocalPlaneXResolution and PixelXDimension.
+};
+
+/// Reads the EXIF of a JPEG, PNG or TIFF file. Throws Error when the file cannot be read; no EXIF
+/// is no error.
+PhotoExif ReadExif(const std::filesystem::path& file);
+
+/// The same from the first bytes of a file.
+PhotoExif ParseExif(std::span<const uint8_t> bytes);
+
+/// The focal length in px of an image whose longer side has `long_side_px`: by the 35 mm
+/// equivalent, else by the focal length and the sensor's width as given or as known for the
+/// camera's model.
+std::optional<double> FocalLengthPx(const PhotoExif& exif, int long_side_px);
+
+}  // namespace deepuav

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/io/dataset.h"
+
+namespace deepuav {
+
+struct ImageFileFrame {
+  Timestamp time;
+  std::filesystem::path file;
+  std::optional<GeoFix> fix;
+};
+
+/// What the readers of image folders find out, each in its own way.
+struct ImageFileSequence {
+  std::string kind;
+  Camera camera;
+  std::string calibration_file;  ///< For messages.
+  bool calibration_is_approximate = false;
+  std::optional<SE3> body_from_cam;
+  std::vector<ImageFileFrame> frames;  ///< By growing time.
+};
+
+/// The dataset of the sequence. A camera without a rate gets that of the median interval. Throws
+/// Error when there is no frame, none can be read, or the first readable one has not the camera's
+/// size.
+std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence);
+
+/// The size of the first image that can be read. Throws Error naming the first file when there is
+/// none.
+cv::Size FirstReadableSize(const std::vector<ImageFileFrame>& frames);
+
+/// Throws Error unless `time` is later than that of the last frame; `where` is "file:line".
+void CheckGrows(const std::vector<ImageFileFrame>& frames, Timestamp time,
+                const std::string& where);
+
+/// `name` as written in a list of frames, below `folder`. Throws Error for a name that is no name
+/// of a file.
+std::filesystem::path ListedImage(const std::filesystem::path& folder, std::string_view name,
+                                  const std::string& where);
+
+/// Whether the name ends as a photograph's does (jpg, jpeg, png, tif, tiff; either case).
+bool IsImageFileName(const std::filesystem::path& file);
+
+}  // namespace deepuav

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/io/camera_file.h"
+#include "deepuav/io/exif.h"
+#include "deepuav/io/image_file_dataset.h"
+#include "deepuav/io/layout_readers.h"
+#include "deepuav/io/text_file.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Photograph {
+  fs::path file;
+  PhotoExif exif;
+};
+
+// By name, numbers in it by their value: IMG_9 before IMG_10.
+std::vector<Photograph> ListPhotographs(const fs::path& images) {
+  std::vector<Photograph> photographs;
+  for (const auto& entry : fs::directory_iterator(images)) {
+    if (IsImageFileName(entry.path())) photographs.push_back({entry.path(), {}});
+  }
+  std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
+    return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;
+  });
+  for (Photograph& photograph : photographs) {
+    try {
+      photograph.exif = ReadExif(photograph.file);
+    } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
+      Log().warn("{}", error.what());
+    }
+  }
+  return photographs;
+}
+
+bool SortByTime(std::vector<Photograph>* photographs) {
+  if (!std::all_of(photographs->begin(), photographs->end(),
+                   [](const auto& p) { return p.exif.time; }))
+    return false;
+  std::vector<Photograph> sorted = *photographs;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return *a.exif.time < *b.exif.time; });
+  const auto repeated =
+      std::adjacent_find(sorted.begin(), sorted.end(),
+                         [](const auto& a, const auto& b) { return *a.exif.time == *b.exif.time; });
+  if (repeated != sorted.end()) return false;
+  *photographs = std::move(sorted);
+  return true;
+}
+
+std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
+                                        std::vector<Photograph>* photographs) {
+  const bool timed = SortByTime(photographs);
+  Log().info(
+      "{}: {} photographs, times {}", images.string(), photographs->size(),
+      timed ? "from EXIF" : "of one second each by name, as EXIF times are missing or repeat");
+  constexpr int64_t kSecond = 1000000000;
+  std::vector<ImageFileFrame> frames;
+  frames.reserve(photographs->size());
+  for (const Photograph& photograph : *photographs) {
+    const Timestamp by_name{static_cast<int64_t>(frames.size()) * kSecond};
+    frames.push_back(
+        {timed ? *photograph.exif.time : by_name, photograph.file, photograph.exif.fix});
+  }
+  return frames;
+}
+
+Camera CameraFromExif(const std::vector<Photograph>& photographs,
+                      const std::vector<ImageFileFrame>& frames) {
+  const cv::Size size = FirstReadableSize(frames);
+  const int long_side = std::max(size.width, size.height);
+  std::optional<double> focal;
+  int differing = 0;
+  constexpr double kSameLens = 0.01;
+  for (const Photograph& photograph : photographs) {
+    const std::optional<double> own = FocalLengthPx(photograph.exif, long_side);
+    if (!focal) focal = own;
+    if (own && std::abs(*own - *focal) > kSameLens * *focal) ++differing;
+  }
+  const Photograph& first = photographs.front();
+  if (!focal) {
+    throw Error(
+        "{}: EXIF gives no focal length (camera model {}): expected FocalLengthIn35mmFilm, or "
+        "FocalLength with "
+        "FocalPlaneXResolution or a known camera, or a camera.yaml in the folder",
+        first.file.string(), Quoted(first.exif.camera_model));
+  }
+  if (differing > 0) {
+    Log().warn("{}: {} of {} photographs have another focal length than the first",
+               first.file.string(), differing, photographs.size());
+  }
+  Log().info("focal length from EXIF: {:.1f} px", *focal);
+  Camera camera;
+  camera.width = size.width;
+  camera.height = size.height;
+  camera.pinhole = {*focal, *focal, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
+  return camera;
+}
+
+fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
+                        const DatasetOptions& options) {
+  if (!options.camera_file.empty()) return options.camera_file;
+  for (const fs::path& candidate : {images / "camera.yaml", folder / "camera.yaml"}) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path& images,
+                                         const DatasetOptions& options) {
+  std::vector<Photograph> photographs = ListPhotographs(images);
+  ImageFileSequence sequence;
+  sequence.kind = "photographs";
+  sequence.frames = OrderFrames(images, &photographs);
+  const fs::path camera_file = FindCameraFile(folder, images, options);
+  CameraFile read{.camera = {}, .refine = true, .has_intrinsics = false};
+  if (!camera_file.empty()) read = ReadCameraFile(camera_file);
+  sequence.calibration_file =
+      camera_file.empty() ? "EXIF of " + images.string() : camera_file.string();
+  if (!read.has_intrinsics) {
+    const double rate_hz = read.camera.rate_hz;
+    read.camera = CameraFromExif(photographs, sequence.frames);
+    read.camera.rate_hz = rate_hz;
+  }
+  sequence.camera = std::move(read.camera);
+  sequence.calibration_is_approximate = read.refine;
+  return MakeImageFileDataset(std::move(sequence));
+}
+
+}  // namespace deepuav

@@ -1,0 +1,126 @@
+#include <algorithm>
+
+#include "deepuav/io/dataset.h"
+#include "deepuav/io/testing/io_test_support.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+TestExif Drone() {
+  TestExif exif;
+  exif.model = "FC300S";
+  exif.focal_length_mm = 3.61;
+  exif.focal_length_35mm = 20;
+  exif.latitude_deg = 28.5;
+  exif.longitude_deg = -82.25;
+  return exif;
+}
+
+class PhotoDatasetTest : public ::testing::Test {
+ protected:
+  void WritePhotograph(const std::string& name, const std::string& time, TestExif exif = Drone()) {
+    exif.time = time;
+    folder_.Write(name, Photograph(64, 48, 1, exif));
+  }
+  std::unique_ptr<Dataset> Open() { return OpenDataset(folder_.path()); }
+  std::vector<std::string> Names() {
+    std::vector<std::string> names;
+    const auto dataset = Open();
+    for (int i = 0; i < dataset->size(); ++i)
+      names.push_back(fs::path(dataset->Name(i)).filename());
+    return names;
+  }
+  using Strings = std::vector<std::string>;
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(PhotoDatasetTest, CameraAndFixComeFromExif) {
+  WritePhotograph("images/a.JPG", "2018:04:29 12:06:46");
+  WritePhotograph("images/b.jpeg", "2018:04:29 12:06:52");
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->Kind(), "photographs");
+  ASSERT_EQ(dataset->size(), 2);
+  EXPECT_TRUE(dataset->CalibrationIsApproximate());
+  const Camera& camera = dataset->camera();
+  EXPECT_NEAR(camera.pinhole.fx, 64 * 20.0 / 36, 1e-9);
+  EXPECT_EQ(camera.pinhole.fy, camera.pinhole.fx);
+  EXPECT_EQ(camera.pinhole.cx, 31.5);
+  EXPECT_EQ(camera.pinhole.cy, 23.5);
+  EXPECT_EQ(camera.lens, LensModel::kPinhole);
+  EXPECT_NEAR(camera.rate_hz, 1 / 6.0, 1e-12);
+  EXPECT_EQ(dataset->Time(0).nanoseconds, 1525003606000000000);
+  EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(1)), 6);
+  ASSERT_TRUE(dataset->Fix(1));
+  EXPECT_NEAR(dataset->Fix(1)->longitude_deg, -82.25, 1e-8);
+  EXPECT_FALSE(dataset->Fix(1)->altitude_m);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, AreInOrderOfTime) {
+  WritePhotograph("a.jpg", "2018:04:29 12:06:52");
+  WritePhotograph("b.jpg", "2018:04:29 12:06:46");
+  EXPECT_EQ(Names(), (Strings{"b.jpg", "a.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereATimeIsMissingOrRepeats) {
+  WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_9.jpg", "");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
+  EXPECT_EQ(Open()->Time(1).nanoseconds, 1000000000);
+  EXPECT_EQ(Open()->camera().rate_hz, 1);
+  WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
+  EXPECT_EQ(Open()->Time(0).nanoseconds, 0);
+}
+
+TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
+  WritePhotograph("a.jpg", "");
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  EXPECT_EQ(Open()->camera().pinhole.fx, 45.5);
+  EXPECT_FALSE(Open()->CalibrationIsApproximate());
+  folder_.Write("camera.yaml", "model: auto\nrate_hz: 2\n");
+  EXPECT_NEAR(Open()->camera().pinhole.fx, 64 * 20.0 / 36, 1e-9);
+  EXPECT_EQ(Open()->camera().rate_hz, 2);
+  EXPECT_TRUE(Open()->CalibrationIsApproximate());
+  folder_.Write("camera.yaml", Replaced(std::string(kTestCameraYaml), "width: 64", "width: 80"));
+  EXPECT_EQ(ErrorOf([&] { Open(); }), (folder_.path() / "a.jpg").string() +
+                                          ": image is 64x48: expected 80x48 as in " +
+                                          (folder_.path() / "camera.yaml").string());
+}
+
+TEST_F(PhotoDatasetTest, WithoutFocalLengthIsAnError) {
+  folder_.Write("a.png", EncodedImage(64, 48, 1, ".png"));
+  const std::string message = ErrorOf([&] { Open(); });
+  EXPECT_TRUE(
+      message.starts_with((folder_.path() / "a.png").string() + ": EXIF gives no focal length"))
+      << message;
+  EXPECT_NE(message.find("camera.yaml"), std::string::npos);
+}
+
+TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {
+  WritePhotograph("a.jpg", "");
+  folder_.Write("b.jpg", "not a photograph");
+  WritePhotograph("c.jpg", "");
+  const auto dataset = Open();
+  ASSERT_EQ(dataset->size(), 3);
+  EXPECT_NE(ErrorOf([&] { dataset->Load(1); }).find("b.jpg"), std::string::npos);
+  EXPECT_EQ(dataset->Load(2).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, ReadsPngAndTiffToo) {
+  TestExif exif = Drone();
+  folder_.Write("a.png", PngPhotograph(64, 48, 1, exif));
+  folder_.Write("b.tif", EncodedImage(64, 48, 1, ".tif"));
+  folder_.Write(".hidden.jpg", "x");
+  const auto dataset = Open();
+  ASSERT_EQ(dataset->size(), 2);
+  EXPECT_TRUE(dataset->Fix(0));
+  EXPECT_FALSE(dataset->Fix(1));
+  EXPECT_EQ(dataset->Load(1).size(), cv::Size(64, 48));
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace deepuav {
+
+struct ColoredPoint {
+  Eigen::Vector3d position;  ///< m
+  std::array<uint8_t, 3> rgb{};
+
+  static ColoredPoint Grey(const Eigen::Vector3d& position, uint8_t grey) {
+    return {position, {grey, grey, grey}};
+  }
+};
+
+/// Writes the points as binary little-endian PLY (x y z as float, red green blue as uchar),
+/// atomically. Throws Error naming the file, also for a position that is not finite.
+void WritePly(const std::filesystem::path& file, std::span<const ColoredPoint> points);
+
+}  // namespace deepuav

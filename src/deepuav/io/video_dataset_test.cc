@@ -1,0 +1,98 @@
+#include <opencv2/videoio.hpp>
+
+#include "deepuav/io/dataset.h"
+#include "deepuav/io/testing/io_test_support.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int kFrames = 12;
+
+class VideoDatasetTest : public ::testing::Test {
+ protected:
+  /// Frame i is of grey level 20 i.
+  VideoDatasetTest() : video_(folder_.path() / "flight.avi") {
+    cv::VideoWriter writer(video_.string(), cv::CAP_OPENCV_MJPEG,
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, cv::Size(64, 48));
+    for (int i = 0; i < kFrames; ++i)
+      writer.write(cv::Mat3b(48, 64, cv::Vec3b::all(static_cast<uint8_t>(20 * i))));
+  }
+  static double Grey(const GreyImage& image) { return cv::mean(image)[0]; }
+
+  TemporaryFolder folder_;
+  std::filesystem::path video_;
+};
+
+TEST_F(VideoDatasetTest, YieldsFramesInAnyOrder) {
+  folder_.Write("flight.yaml", kTestCameraYaml);
+  const auto dataset = OpenDataset(video_);
+  EXPECT_EQ(dataset->Kind(), "video");
+  ASSERT_EQ(dataset->size(), kFrames);
+  EXPECT_EQ(dataset->camera().rate_hz, 25);
+  EXPECT_EQ(dataset->Time(3).nanoseconds, 120000000);
+  EXPECT_EQ(dataset->Name(3), video_.string() + " frame 3");
+  for (const int frame : {0, 1, 2, 7, 3, 11, 11, 0}) {
+    EXPECT_NEAR(Grey(dataset->Load(frame)), 20 * frame, 3) << frame;
+  }
+  EXPECT_EQ(ErrorOf([&] { dataset->Load(kFrames); }), "frame 12: expected 0 to 11");
+}
+
+TEST_F(VideoDatasetTest, AFrameKeepsItsPixelsWhenTheNextIsLoaded) {
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  const auto dataset = OpenDataset(video_);
+  const GreyImage first = dataset->Load(1);
+  dataset->Load(5);
+  EXPECT_NEAR(Grey(first), 20, 3);
+}
+
+TEST_F(VideoDatasetTest, NeedsACalibrationOfItsSize) {
+  EXPECT_EQ(ErrorOf([&] { OpenDataset(video_); }),
+            video_.string() + ": no calibration: expected flight.yaml or camera.yaml beside it");
+  const auto file = folder_.Write(
+      "camera.yaml", Replaced(std::string(kTestCameraYaml), "height: 48", "height: 50"));
+  EXPECT_EQ(ErrorOf([&] { OpenDataset(video_); }),
+            video_.string() + ": image is 64x48: expected 64x50 as in " + file.string());
+  DatasetOptions options;
+  options.camera_file = folder_.Write("other/c.yaml", kTestCameraYaml);
+  EXPECT_EQ(OpenDataset(video_, options)->size(), kFrames);
+}
+
+TEST_F(VideoDatasetTest, ADamagedContainerIsAnErrorNamingIt) {
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  const std::string bytes = ReadAll(video_);
+  for (const std::string& damaged : {std::string(), std::string("not a video"), bytes.substr(0, 60),
+                                     "RIFF" + std::string(5000, '\x55')}) {
+    folder_.Write("flight.avi", damaged);
+    const std::string message = ErrorOf([&] { OpenDataset(video_); });
+    EXPECT_TRUE(message.starts_with(video_.string())) << message;
+  }
+}
+
+TEST_F(VideoDatasetTest, ATruncatedContainerYieldsWhatIsThere) {
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  const std::string bytes = ReadAll(video_);
+  folder_.Write("flight.avi", bytes.substr(0, bytes.size() * 2 / 3));
+  std::unique_ptr<Dataset> dataset;
+  try {
+    dataset = OpenDataset(video_);
+  } catch (const Error& error) {
+    EXPECT_TRUE(std::string(error.what()).starts_with(video_.string())) << error.what();
+    return;
+  }
+  EXPECT_NEAR(Grey(dataset->Load(0)), 0, 3);
+  int failed = 0;
+  for (int i = 0; i < dataset->size(); ++i) {
+    try {
+      dataset->Load(i);
+    } catch (const Error& error) {
+      EXPECT_TRUE(std::string(error.what()).starts_with(video_.string() + " frame "))
+          << error.what();
+      ++failed;
+    }
+  }
+  EXPECT_LT(failed, kFrames);
+  EXPECT_TRUE(failed > 0 || dataset->size() < kFrames);
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace deepuav {
+
+/// A mapping in a YAML file, whose every error names file, line and field. Keys are unique.
+class YamlMap {
+ public:
+  /// Throws Error when the file cannot be read, is no YAML or no mapping.
+  static YamlMap Read(const std::filesystem::path& file);
+
+  const std::map<std::string, YAML::Node>& entries() const { return entries_; }
+  const std::string& file() const { return file_; }
+
+  bool Has(const std::string& key) const { return entries_.contains(key); }
+  /// Each throws Error where the field is missing or not of that kind; numbers are finite.
+  double Number(const std::string& key) const;
+  int Integer(const std::string& key, int low, int high) const;
+  std::string Text(const std::string& key) const;
+  std::vector<double> Numbers(const std::string& key) const;
+  YamlMap Map(const std::string& key) const;
+
+  /// Throws Error for a key that is not `known`, naming the nearest one.
+  void RequireKnown(std::span<const std::string> known) const;
+
+  /// "file:line" of the field, or "file" where it is missing.
+  std::string Where(const std::string& key) const;
+  std::string Where(const YAML::Node& node) const;
+
+  /// The mapping of `node`; `prefix` is put before its keys in messages ("T_BS.").
+  YamlMap(const YAML::Node& node, std::string file, std::string prefix);
+
+ private:
+  const YAML::Node& Entry(const std::string& key, const char* expected) const;
+
+  std::string file_, prefix_;
+  std::map<std::string, YAML::Node> entries_;
+};
+
+}  // namespace deepuav

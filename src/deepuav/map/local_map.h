@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "deepuav/features/descriptors.h"
+#include "deepuav/map/map.h"
+
+namespace deepuav {
+
+/// A landmark as the Tracker needs it.
+struct LocalLandmark {
+  LandmarkId id;
+  Eigen::Vector3d position_world;
+  Eigen::Vector3d mean_view_direction;
+  double min_distance = 0, max_distance = 0;
+  int observation_count = 0;
+};
+
+/// A keyframe as the Tracker needs it.
+struct LocalKeyframe {
+  KeyframeId id;
+  SE3 cam_from_world;
+  std::shared_ptr<const Features> features;
+  std::vector<int> landmarks;  ///< Per key point an index into LocalMap::landmarks, or -1.
+};
+
+/// The surroundings of one keyframe, by value: what the Mapper publishes and the Tracker works on. Immutable.
+struct LocalMap {
+  MapId map;
+  int centre = 0;  ///< Index into `keyframes`: the one it was made around.
+  std::vector<LocalKeyframe> keyframes;  ///< By id.
+  std::vector<LocalLandmark> landmarks;  ///< By id.
+  Descriptors descriptors;               ///< One row a landmark.
+};
+
+struct LocalMapOptions {
+  int max_keyframes = 30;
+  int min_shared_landmarks = 15;
+  int max_landmarks = 6000;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("max_keyframes", max_keyframes, "", "most keyframes of the local map");
+    visit("min_shared_landmarks", min_shared_landmarks, "", "landmarks two keyframes share at least to be neighbours");
+    visit("max_landmarks", max_landmarks, "", "most landmarks of the local map, those of the nearest keyframes first");
+  }
+};
+
+/// Copies the keyframe, its covisible ones and theirs, with their landmarks.
+std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre, const LocalMapOptions& options);
+
+}  // namespace deepuav

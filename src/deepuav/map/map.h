@@ -1,0 +1,97 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "deepuav/map/id_store.h"
+#include "deepuav/map/keyframe.h"
+#include "deepuav/map/landmark.h"
+
+namespace deepuav {
+
+/// Hands out ids that are unique over all maps of an atlas.
+struct IdSource {
+  KeyframeId NextKeyframe() { return {keyframes++}; }
+  LandmarkId NextLandmark() { return {landmarks++}; }
+
+  int64_t keyframes = 0, landmarks = 0;
+};
+
+/// Keyframes and landmarks that observe one another, the covisibility graph and the spanning tree. Every change goes
+/// through it, so that both sides of an observation and the covisibility weights always agree. Thread-compatible: one
+/// writer, the Mapper; others get copies.
+class Map {
+ public:
+  explicit Map(MapId id) : id_(id) {}
+
+  MapId id() const { return id_; }
+  int KeyframeCount() const { return keyframes_.size(); }
+  int LandmarkCount() const { return landmarks_.size(); }
+
+  const IdStore<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
+  const IdStore<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
+  bool Contains(KeyframeId id) const { return keyframes_.Contains(id); }
+  bool Contains(LandmarkId id) const { return landmarks_.Contains(id); }
+  const Keyframe& At(KeyframeId id) const { return keyframes_.At(id); }
+  const Landmark& At(LandmarkId id) const { return landmarks_.At(id); }
+
+  /// Adds a keyframe without observations.
+  void AddKeyframe(KeyframeId id, const Frame& frame, const SE3& cam_from_world);
+  /// Hangs the keyframe into the spanning tree under the one it shares most landmarks with; `fallback` where it shares
+  /// none.
+  void ConnectToParent(KeyframeId id, KeyframeId fallback);
+  /// Takes the keyframe and its observations away. Its children move to its parent's side, and its pose stays known
+  /// relative to a keyframe that remains. The root cannot be removed.
+  void RemoveKeyframe(KeyframeId id);
+
+  void AddLandmark(LandmarkId id, const Eigen::Vector3d& position_world, KeyframeId created_by);
+  void RemoveLandmark(LandmarkId id);
+  /// Gives the observations of `from` to `into` and remembers the replacement.
+  void MergeLandmark(LandmarkId from, LandmarkId into);
+  /// The landmark that stands for `id` now; nothing if it was removed.
+  std::optional<LandmarkId> Current(LandmarkId id) const;
+
+  /// Does nothing and returns false when the keyframe has the landmark already, or the key point another.
+  bool AddObservation(KeyframeId keyframe, int keypoint, LandmarkId landmark);
+  /// A landmark that keeps fewer than two observations is removed.
+  void RemoveObservation(KeyframeId keyframe, LandmarkId landmark);
+
+  void SetPose(KeyframeId id, const SE3& cam_from_world) { keyframes_.At(id).cam_from_world = cam_from_world; }
+  void SetPosition(LandmarkId id, const Eigen::Vector3d& position_world) {
+    landmarks_.At(id).position_world = position_world;
+  }
+  void CountViews(LandmarkId id, int visible, int found);
+  /// Renews mean direction and distances after poses or observations changed.
+  void UpdateViewRange(LandmarkId id);
+  /// Renews the above and the representative: the observation most similar to the others.
+  void UpdateAppearance(LandmarkId id);
+  /// Multiplies all lengths by `factor`.
+  void Rescale(double factor);
+
+  /// Keyframes sharing at least `min_shared` landmarks, most first, at most `max_count`.
+  std::vector<KeyframeId> Covisible(KeyframeId id, int min_shared, int max_count) const;
+
+  /// The pose of a keyframe that is or was in the map, through the one it was culled into.
+  SE3 PoseOf(KeyframeId id) const;
+  /// The keyframe itself or, if it was culled, the remaining one its pose hangs on.
+  KeyframeId Remaining(KeyframeId id) const;
+
+  double MedianDepth(KeyframeId id) const;
+
+ private:
+  struct Culled {
+    KeyframeId parent;
+    SE3 cam_from_parent;
+  };
+  void ShiftCovisibility(const Landmark& landmark, KeyframeId keyframe, int change);
+  void Reparent(const Keyframe& removed);
+
+  MapId id_;
+  IdStore<KeyframeId, Keyframe> keyframes_;
+  IdStore<LandmarkId, Landmark> landmarks_;
+  std::map<KeyframeId, Culled> culled_;
+  std::map<LandmarkId, LandmarkId> merged_into_;
+};
+
+}  // namespace deepuav

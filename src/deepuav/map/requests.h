@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "deepuav/geometry/se3.h"
+#include "deepuav/map/frame.h"
+
+namespace deepuav {
+
+struct LandmarkMatch {
+  int keypoint = 0;
+  LandmarkId landmark;
+};
+
+/// How often a landmark was predicted into a frame, and matched there, since the last request.
+struct ViewCount {
+  LandmarkId landmark;
+  int visible = 0, found = 0;
+};
+
+/// What the Tracker sends the Mapper when a frame shall become a keyframe. The pose is relative to a keyframe of the
+/// map, because the map may have moved since the Tracker saw it.
+struct KeyframeRequest {
+  MapId map;
+  Frame frame;
+  KeyframeId reference;
+  SE3 cam_from_reference;
+  std::vector<LandmarkMatch> matches;
+  std::vector<ViewCount> views;
+};
+
+/// Two views and what they see: the beginning of a map. Unit: the baseline, or any other.
+struct InitialMapRequest {
+  struct Point {
+    Eigen::Vector3d position_first;  ///< In the first camera.
+    int keypoint_first = 0, keypoint_second = 0;
+  };
+  Frame first, second;
+  SE3 second_from_first;
+  std::vector<Point> points;
+};
+
+}  // namespace deepuav

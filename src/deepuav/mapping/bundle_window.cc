@@ -1,0 +1,89 @@
+#include "deepuav/mapping/bundle_window.h"
+
+#include <algorithm>
+#include <set>
+
+namespace deepuav {
+namespace {
+
+/// A bundle problem and what its indices mean in the map.
+struct Window {
+  BundleProblem problem;
+  std::vector<KeyframeId> keyframes;
+  std::vector<LandmarkId> landmarks;
+};
+
+std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::vector<LandmarkId> landmarks;
+  for (KeyframeId id : keyframes) {
+    for (LandmarkId landmark : map.At(id).landmarks) {
+      if (landmark.valid()) landmarks.push_back(landmark);
+    }
+  }
+  std::sort(landmarks.begin(), landmarks.end());
+  landmarks.erase(std::unique(landmarks.begin(), landmarks.end()), landmarks.end());
+  return landmarks;
+}
+
+Window MakeWindow(const Map& map, const std::vector<KeyframeId>& free, const Pinhole& pinhole) {
+  Window window;
+  window.problem.pinhole = pinhole;
+  window.landmarks = LandmarksSeenBy(map, free);
+  std::set<KeyframeId> involved(free.begin(), free.end());
+  const std::set<KeyframeId> adjusted = involved;
+  for (LandmarkId id : window.landmarks) {
+    for (const Observation& o : map.At(id).observations) involved.insert(o.keyframe);
+  }
+  window.keyframes.assign(involved.begin(), involved.end());
+  for (KeyframeId id : window.keyframes) {
+    window.problem.cam_from_world.push_back(map.At(id).cam_from_world);
+    window.problem.camera_fixed.push_back(!adjusted.contains(id) || !map.At(id).parent.valid());
+  }
+  for (size_t l = 0; l < window.landmarks.size(); ++l) {
+    const Landmark& landmark = map.At(window.landmarks[l]);
+    window.problem.landmarks_world.push_back(landmark.position_world);
+    for (const Observation& o : landmark.observations) {
+      const auto camera = std::lower_bound(window.keyframes.begin(), window.keyframes.end(), o.keyframe);
+      const Keypoint& keypoint = map.At(o.keyframe).features().keypoints[static_cast<size_t>(o.keypoint)];
+      window.problem.observations.push_back({static_cast<int>(camera - window.keyframes.begin()),
+                                             static_cast<int>(l), keypoint.px.cast<double>(), keypoint.sigma_px});
+    }
+  }
+  return window;
+}
+
+void RemoveOutliers(const BundleReport& report, const Window& window, Map* map) {
+  for (size_t i = 0; i < report.outlier.size(); ++i) {
+    if (!report.outlier[i]) continue;
+    const LandmarkId landmark = window.landmarks[static_cast<size_t>(window.problem.observations[i].landmark)];
+    if (!map->Contains(landmark)) continue;
+    map->RemoveObservation(window.keyframes[static_cast<size_t>(window.problem.observations[i].camera)], landmark);
+  }
+}
+
+void WriteBack(const Window& window, Map* map) {
+  for (size_t k = 0; k < window.keyframes.size(); ++k) {
+    if (!window.problem.camera_fixed[k]) map->SetPose(window.keyframes[k], window.problem.cam_from_world[k]);
+  }
+  for (size_t l = 0; l < window.landmarks.size(); ++l) {
+    if (!map->Contains(window.landmarks[l])) continue;
+    map->SetPosition(window.landmarks[l], window.problem.landmarks_world[l]);
+  }
+}
+
+}  // namespace
+
+BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
+                          const BundleOptions& options, const std::function<bool()>& stop) {
+  BundleReport report;
+  for (int run = 0; run < 2; ++run) {
+    Window window = MakeWindow(*map, free, pinhole);
+    report = AdjustBundle(&window.problem, options, stop);
+    WriteBack(window, map);
+    RemoveOutliers(report, window, map);
+  }
+  for (LandmarkId id : LandmarksSeenBy(*map, free)) map->UpdateViewRange(id);
+  return report;
+}
+
+}  // namespace deepuav

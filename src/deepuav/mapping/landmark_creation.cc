@@ -1,0 +1,89 @@
+#include "deepuav/mapping/landmark_creation.h"
+
+#include <algorithm>
+#include <numbers>
+#include <optional>
+
+#include "deepuav/base/options.h"
+#include "deepuav/geometry/triangulation.h"
+
+namespace deepuav {
+namespace {
+
+std::vector<int> KeypointsWithoutLandmark(const Keyframe& keyframe) {
+  std::vector<int> free;
+  for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    if (!keyframe.landmarks[i].valid()) free.push_back(static_cast<int>(i));
+  }
+  return free;
+}
+
+bool ReprojectsWell(const Pinhole& pinhole, const SE3& cam_from_world, const Eigen::Vector3d& point,
+                    const Keypoint& keypoint, double max_chi_square) {
+  const Eigen::Vector3d point_cam = cam_from_world * point;
+  if (point_cam.z() <= 0) return false;
+  const Eigen::Vector2d error_px = pinhole.Project(point_cam) - keypoint.px.cast<double>();
+  return error_px.squaredNorm() <= max_chi_square * keypoint.sigma_px * keypoint.sigma_px;
+}
+
+std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& keypoint_a, const Keyframe& b,
+                                           const Keypoint& keypoint_b, const Pinhole& pinhole,
+                                           const CreationOptions& options) {
+  const auto point =
+      TriangulatePoint(a.cam_from_world, pinhole.Unproject(keypoint_a.px.cast<double>()), b.cam_from_world,
+                       pinhole.Unproject(keypoint_b.px.cast<double>()));
+  if (!point || !point->allFinite()) return std::nullopt;
+  if (!ReprojectsWell(pinhole, a.cam_from_world, *point, keypoint_a, options.max_chi_square)) return std::nullopt;
+  if (!ReprojectsWell(pinhole, b.cam_from_world, *point, keypoint_b, options.max_chi_square)) return std::nullopt;
+  const Eigen::Vector3d centre_a = a.cam_from_world.InverseTranslation();
+  const Eigen::Vector3d centre_b = b.cam_from_world.InverseTranslation();
+  const double min_parallax = options.min_parallax_deg * std::numbers::pi / 180;
+  if (ParallaxAngle(centre_a, centre_b, *point) < min_parallax) return std::nullopt;
+  const double ratio = (*point - centre_a).norm() / (*point - centre_b).norm();
+  if (std::max(ratio, 1 / ratio) > options.max_distance_ratio) return std::nullopt;
+  return point;
+}
+
+bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, double min_ratio) {
+  const double baseline = (a.cam_from_world.InverseTranslation() - b.cam_from_world.InverseTranslation()).norm();
+  return baseline < min_ratio * map.MedianDepth(b.id);
+}
+
+}  // namespace
+
+void CreationOptions::Check() const {
+  CheckOption(max_neighbours >= 1, "mapping.creation.max_neighbours", max_neighbours, "at least 1");
+  CheckOption(min_baseline_ratio >= 0, "mapping.creation.min_baseline_ratio", min_baseline_ratio, "0 or more");
+  CheckOption(min_parallax_deg > 0, "mapping.creation.min_parallax_deg", min_parallax_deg, "above 0");
+  CheckOption(max_chi_square > 0, "mapping.creation.max_chi_square", max_chi_square, "above 0");
+  CheckOption(max_distance_ratio >= 1, "mapping.creation.max_distance_ratio", max_distance_ratio, "at least 1");
+  epipolar.Check();
+}
+
+std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& pinhole, IdSource* ids,
+                                        const CreationOptions& options) {
+  std::vector<LandmarkId> created;
+  for (KeyframeId neighbour_id : map->Covisible(id, 1, options.max_neighbours)) {
+    const Keyframe& keyframe = map->At(id);
+    const Keyframe& neighbour = map->At(neighbour_id);
+    if (BaselineIsTooShort(*map, keyframe, neighbour, options.min_baseline_ratio)) continue;
+    const SE3 neighbour_from_keyframe = neighbour.cam_from_world * keyframe.cam_from_world.Inverse();
+    const std::vector<Match> matches =
+        MatchEpipolar(keyframe.features(), KeypointsWithoutLandmark(keyframe), neighbour.features(),
+                      KeypointsWithoutLandmark(neighbour), pinhole, neighbour_from_keyframe, options.epipolar);
+    for (const Match& match : matches) {
+      const auto point = Triangulate(keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
+                                     neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
+      if (!point) continue;
+      const LandmarkId landmark = ids->NextLandmark();
+      map->AddLandmark(landmark, *point, id);
+      map->AddObservation(id, match.a, landmark);
+      map->AddObservation(neighbour_id, match.b, landmark);
+      map->UpdateAppearance(landmark);
+      created.push_back(landmark);
+    }
+  }
+  return created;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,141 @@
+#include "deepuav/mapping/mapper.h"
+
+#include <algorithm>
+
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+
+void MappingOptions::Check() const {
+  CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio", min_found_ratio, "0 to 1");
+  CheckOption(young_keyframes >= 1, "mapping.young_keyframes", young_keyframes, "at least 1");
+  CheckOption(min_young_observations >= 2, "mapping.min_young_observations", min_young_observations, "at least 2");
+  CheckOption(window_keyframes >= 2, "mapping.window_keyframes", window_keyframes, "at least 2");
+  CheckOption(redundant_ratio > 0, "mapping.redundant_ratio", redundant_ratio, "above 0");
+  CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers, "at least 1");
+  local_map.Check();
+  creation.Check();
+  fusion.Check();
+  local_bundle.Check();
+  global_bundle.Check();
+}
+
+Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages)
+    : camera_(camera), options_(options), atlas_(atlas), stages_(stages) {
+  options_.Check();
+}
+
+std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& request) {
+  const StageScope stage(stages_, "start map");
+  Map map(atlas_->NextMap());
+  const KeyframeId first = atlas_->ids().NextKeyframe(), second = atlas_->ids().NextKeyframe();
+  map.AddKeyframe(first, request.first, SE3());
+  map.AddKeyframe(second, request.second, request.second_from_first);
+  for (const InitialMapRequest::Point& point : request.points) {
+    const LandmarkId landmark = atlas_->ids().NextLandmark();
+    map.AddLandmark(landmark, point.position_first, second);
+    map.AddObservation(first, point.keypoint_first, landmark);
+    map.AddObservation(second, point.keypoint_second, landmark);
+    map.UpdateAppearance(landmark);
+  }
+  map.ConnectToParent(second, first);
+  AdjustWindow(&map, {first, second}, camera_.pinhole, options_.global_bundle);
+  const double depth = map.MedianDepth(first);
+  if (!(depth > 0)) return nullptr;
+  map.Rescale(1 / depth);
+  young_.clear();
+  map.landmarks().ForEach([this](const Landmark& landmark) { young_.push_back(landmark.id); });
+  return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
+}
+
+std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& request) {
+  Map& map = atlas_->At(request.map);
+  const KeyframeId keyframe = AddKeyframe(request, &map);
+  CullYoungLandmarks(keyframe, &map);
+  {
+    const StageScope stage(stages_, "create landmarks");
+    const auto created = CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
+    young_.insert(young_.end(), created.begin(), created.end());
+  }
+  {
+    const StageScope stage(stages_, "fuse");
+    FuseDuplicates(&map, keyframe, camera_, options_.fusion);
+  }
+  AdjustLocally(keyframe, &map);
+  CullKeyframes(keyframe, &map);
+  const StageScope stage(stages_, "publish local map");
+  return MakeLocalMap(map, keyframe, options_.local_map);
+}
+
+KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
+  const StageScope stage(stages_, "insert keyframe");
+  for (const ViewCount& view : request.views) {
+    if (const auto landmark = map->Current(view.landmark)) map->CountViews(*landmark, view.visible, view.found);
+  }
+  const KeyframeId id = atlas_->ids().NextKeyframe();
+  map->AddKeyframe(id, request.frame, request.cam_from_reference * map->PoseOf(request.reference));
+  for (const LandmarkMatch& match : request.matches) {
+    const auto landmark = map->Current(match.landmark);
+    if (!landmark) continue;
+    map->AddObservation(id, match.keypoint, *landmark);
+    map->UpdateAppearance(*landmark);
+  }
+  map->ConnectToParent(id, map->Remaining(request.reference));
+  return id;
+}
+
+void Mapper::CullYoungLandmarks(KeyframeId newest, Map* map) {
+  const StageScope stage(stages_, "cull landmarks");
+  std::vector<LandmarkId> still_young;
+  for (LandmarkId id : young_) {
+    if (!map->Contains(id)) continue;
+    const Landmark& landmark = map->At(id);
+    const auto age = newest.value - landmark.created_by.value;
+    if (landmark.found < options_.min_found_ratio * landmark.visible) {
+      map->RemoveLandmark(id);
+    } else if (age >= options_.young_keyframes &&
+               static_cast<int>(landmark.observations.size()) < options_.min_young_observations) {
+      map->RemoveLandmark(id);
+    } else if (age <= options_.young_keyframes) {
+      still_young.push_back(id);
+    }
+  }
+  young_ = std::move(still_young);
+}
+
+void Mapper::AdjustLocally(KeyframeId newest, Map* map) {
+  const StageScope stage(stages_, "local bundle adjustment");
+  std::vector<KeyframeId> window = map->Covisible(newest, 1, options_.window_keyframes - 1);
+  window.push_back(newest);
+  AdjustWindow(map, window, camera_.pinhole, options_.local_bundle);
+}
+
+void Mapper::CullKeyframes(KeyframeId newest, Map* map) {
+  const StageScope stage(stages_, "cull keyframes");
+  std::vector<KeyframeId> candidates = map->Covisible(newest, 1, map->KeyframeCount());
+  std::sort(candidates.begin(), candidates.end());
+  for (KeyframeId id : candidates) {
+    const Keyframe& keyframe = map->At(id);
+    if (keyframe.parent.valid() && IsRedundant(keyframe, *map)) map->RemoveKeyframe(id);
+  }
+}
+
+bool Mapper::IsRedundant(const Keyframe& keyframe, const Map& map) const {
+  int landmarks = 0, redundant = 0;
+  for (LandmarkId id : keyframe.landmarks) {
+    if (!id.valid()) continue;
+    ++landmarks;
+    redundant += static_cast<int>(map.At(id).observations.size()) > options_.redundant_observers;
+  }
+  return redundant > options_.redundant_ratio * landmarks;
+}
+
+void Mapper::AdjustGlobally(MapId id) {
+  const StageScope stage(stages_, "global bundle adjustment");
+  Map& map = atlas_->At(id);
+  std::vector<KeyframeId> all;
+  map.keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
+  AdjustWindow(&map, all, camera_.pinhole, options_.global_bundle);
+}
+
+}  // namespace deepuav

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+
+#include "deepuav/base/stages.h"
+#include "deepuav/map/atlas.h"
+#include "deepuav/map/local_map.h"
+#include "deepuav/map/requests.h"
+#include "deepuav/mapping/bundle_window.h"
+#include "deepuav/mapping/fusion.h"
+#include "deepuav/mapping/landmark_creation.h"
+
+namespace deepuav {
+
+struct MappingOptions {
+  double min_found_ratio = 0.25;      ///< Frames that matched a young landmark over those that should have.
+  int young_keyframes = 2;            ///< Keyframes after its creation by which a landmark must prove itself...
+  int min_young_observations = 3;     ///< ...by being seen from this many.
+  int window_keyframes = 20;          ///< Keyframes adjusted together with a new one.
+  double redundant_ratio = 0.9;       ///< Share of a keyframe's landmarks seen elsewhere that makes it redundant...
+  int redundant_observers = 3;        ///< ...by this many other keyframes.
+  LocalMapOptions local_map;
+  CreationOptions creation;
+  FusionOptions fusion;
+  BundleOptions local_bundle{.max_iterations = 8};
+  BundleOptions global_bundle{.max_iterations = 30, .min_relative_decrease = 1e-6};
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("min_found_ratio", min_found_ratio, "", "frames that matched a young landmark over those that should have");
+    visit("young_keyframes", young_keyframes, "", "keyframes after its creation while a landmark counts as young");
+    visit("min_young_observations", min_young_observations, "", "keyframes that see a landmark once it is not young");
+    visit("window_keyframes", window_keyframes, "", "keyframes adjusted together with a new one");
+    visit("redundant_ratio", redundant_ratio, "", "share of landmarks seen elsewhere that makes a keyframe redundant");
+    visit("redundant_observers", redundant_observers, "", "other keyframes that must see these landmarks");
+  }
+};
+
+/// Builds the maps: the only writer of the atlas. Thread-compatible; keeps no thread of its own.
+class Mapper {
+ public:
+  /// `atlas` and `stages` (may be null) must outlive it.
+  Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages);
+
+  /// Starts a new map, with the median depth of its first view as the unit of length. Nothing when the two views do not
+  /// hold as a map once adjusted.
+  std::shared_ptr<const LocalMap> StartMap(const InitialMapRequest& request);
+
+  /// Takes a frame into the map as a keyframe (Mur-Artal 2015, section VI). Returns its surroundings.
+  std::shared_ptr<const LocalMap> InsertKeyframe(const KeyframeRequest& request);
+
+  /// Adjusts all of a map together.
+  void AdjustGlobally(MapId map);
+
+ private:
+  KeyframeId AddKeyframe(const KeyframeRequest& request, Map* map);
+  void CullYoungLandmarks(KeyframeId newest, Map* map);
+  void AdjustLocally(KeyframeId newest, Map* map);
+  void CullKeyframes(KeyframeId newest, Map* map);
+  bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
+
+  const Camera camera_;
+  const MappingOptions options_;
+  Atlas* atlas_;
+  StageListener* stages_;
+  std::vector<LandmarkId> young_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,46 @@
+#include "deepuav/matching/nearest_neighbour.h"
+
+#include "deepuav/base/options.h"
+#include "deepuav/matching/best_two.h"
+
+namespace deepuav {
+void NearestNeighbourOptions::Check() const {
+  CheckOption(min_similarity >= -1 && min_similarity < 1, "matching.min_similarity", min_similarity, "-1 up to 1");
+  CheckOption(ratio > 0 && ratio <= 1, "matching.ratio", ratio, "above 0, at most 1");
+  CheckOption(max_motion_px >= 0, "matching.max_motion_px", max_motion_px, "0 or more");
+}
+
+NearestNeighbourMatcher::NearestNeighbourMatcher(const NearestNeighbourOptions& options) : options_(options) {
+  options_.Check();
+}
+
+std::vector<Match> NearestNeighbourMatcher::MatchFeatures(const Features& a, const Features& b) {
+  const auto rows = static_cast<size_t>(a.size()), columns = static_cast<size_t>(b.size());
+  similarity_.resize(rows * columns);
+  a.descriptors.SimilarityMatrix(b.descriptors, similarity_);
+
+  std::vector<BestTwo> best_of_a(rows), best_of_b(columns);
+  const double max_squared = options_.max_motion_px * options_.max_motion_px;
+  for (size_t i = 0; i < rows; ++i) {
+    for (size_t j = 0; j < columns; ++j) {
+      if (max_squared > 0 && (a.keypoints[i].px - b.keypoints[j].px).squaredNorm() > max_squared) continue;
+      const float similarity = similarity_[i * columns + j];
+      best_of_a[i].Offer(static_cast<int>(j), similarity);
+      best_of_b[j].Offer(static_cast<int>(i), similarity);
+    }
+  }
+  std::vector<Match> matches;
+  for (size_t i = 0; i < rows; ++i) {
+    const BestTwo& best = best_of_a[i];
+    if (best.index < 0 || best.first < options_.min_similarity) continue;
+    const BestTwo& back = best_of_b[static_cast<size_t>(best.index)];
+    if (back.index != static_cast<int>(i)) continue;
+    if (!best.PassesRatio(options_.ratio) || !back.PassesRatio(options_.ratio)) continue;
+    matches.push_back({static_cast<int>(i), best.index, best.first});
+  }
+  return matches;
+}
+
+std::string NearestNeighbourMatcher::Description() const { return "mutual nearest neighbour"; }
+
+}  // namespace deepuav

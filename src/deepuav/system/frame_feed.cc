@@ -1,0 +1,81 @@
+#include "deepuav/system/frame_feed.h"
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+
+namespace deepuav {
+namespace {
+
+void WaitSeconds(double seconds) {
+  std::mutex mutex;
+  std::condition_variable never;
+  std::unique_lock lock(mutex);
+  never.wait_for(lock, std::chrono::duration<double>(seconds), [] { return false; });
+}
+
+}  // namespace
+
+SequentialFeed::SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock)
+    : images_(images), extractor_(extractor), clock_(clock) {}
+
+std::optional<Frame> SequentialFeed::Next() {
+  Stopwatch decoding;
+  const std::optional<TimedImage> image = images_->Next();
+  if (!image) return std::nullopt;
+  clock_->Add("decode", decoding.Seconds());
+  ExtractionTimes times;
+  Frame frame{image->id, image->time,
+              std::make_shared<const Features>(extractor_->Extract(image->image, &times))};
+  clock_->Add("network", times.network_s);
+  clock_->Add("key points", times.postprocessing_s);
+  return frame;
+}
+
+PrefetchingFeed::PrefetchingFeed(FrameFeed* feed, int frames_ahead)
+    : feed_(feed), queue_(static_cast<size_t>(frames_ahead)), thread_([this] { Work(); }) {}
+
+PrefetchingFeed::~PrefetchingFeed() {
+  queue_.Close();
+  thread_.join();
+}
+
+void PrefetchingFeed::Work() {
+  try {
+    while (std::optional<Frame> frame = feed_->Next()) {
+      if (!queue_.Push(std::move(*frame))) break;
+    }
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+  queue_.Close();
+}
+
+std::optional<Frame> PrefetchingFeed::Next() {
+  std::optional<Frame> frame = queue_.Pop();
+  if (!frame && failure_) std::rethrow_exception(failure_);
+  return frame;
+}
+
+std::optional<TimedImage> LiveImages::Next() {
+  std::optional<TimedImage> current = upcoming_ ? std::move(upcoming_) : images_->Next();
+  upcoming_.reset();
+  if (!current) return std::nullopt;
+  if (!first_time_) {
+    first_time_ = current->time;
+    since_first_.Restart();
+  }
+  for (upcoming_ = images_->Next(); upcoming_ && SecondsUntil(*upcoming_) <= 0; upcoming_ = images_->Next()) {
+    current = std::move(upcoming_);
+    ++skipped_;
+  }
+  const double wait_s = SecondsUntil(*current);
+  if (wait_s > 0) WaitSeconds(wait_s);
+  return current;
+}
+
+double LiveImages::SecondsUntil(const TimedImage& image) const {
+  return SecondsBetween(*first_time_, image.time) - since_first_.Seconds();
+}
+
+}  // namespace deepuav

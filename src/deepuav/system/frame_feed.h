@@ -1,0 +1,74 @@
+#pragma once
+
+#include <exception>
+#include <optional>
+#include <thread>
+
+#include "deepuav/base/queue.h"
+#include "deepuav/features/extractor.h"
+#include "deepuav/map/frame.h"
+#include "deepuav/system/image_source.h"
+#include "deepuav/system/stage_clock.h"
+
+namespace deepuav {
+
+/// Frames with their features, one after the other.
+class FrameFeed {
+ public:
+  virtual ~FrameFeed() = default;
+  /// Nothing at the end. Throws what reading or extraction threw.
+  virtual std::optional<Frame> Next() = 0;
+  /// Images left out because they came too late.
+  virtual int Skipped() const { return 0; }
+};
+
+/// Reads and extracts when asked.
+class SequentialFeed : public FrameFeed {
+ public:
+  /// All arguments must outlive it.
+  SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock);
+  std::optional<Frame> Next() override;
+
+ private:
+  ImageSource* images_;
+  Extractor* extractor_;
+  StageClock* clock_;
+};
+
+/// Reads and extracts ahead on a thread of its own.
+class PrefetchingFeed : public FrameFeed {
+ public:
+  /// The arguments must outlive it. `frames_ahead`: how many frames may wait.
+  PrefetchingFeed(FrameFeed* feed, int frames_ahead);
+  ~PrefetchingFeed() override;
+  std::optional<Frame> Next() override;
+  int Skipped() const override { return feed_->Skipped(); }
+
+ private:
+  void Work();
+
+  FrameFeed* feed_;
+  BoundedQueue<Frame> queue_;
+  std::exception_ptr failure_;  ///< Written before the queue is closed, read after.
+  std::thread thread_;
+};
+
+/// Gives the images of `images` at the pace of their time stamps; leaves out those that a newer one has overtaken by the
+/// time it is asked.
+class LiveImages : public ImageSource {
+ public:
+  explicit LiveImages(ImageSource* images) : images_(images) {}
+  std::optional<TimedImage> Next() override;
+  int skipped() const { return skipped_; }
+
+ private:
+  double SecondsUntil(const TimedImage& image) const;
+
+  ImageSource* images_;
+  std::optional<TimedImage> upcoming_;
+  std::optional<Timestamp> first_time_;
+  Stopwatch since_first_;
+  int skipped_ = 0;
+};
+
+}  // namespace deepuav

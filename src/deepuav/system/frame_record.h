@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/map/frame.h"
+#include "deepuav/tracking/tracker.h"
+
+namespace deepuav {
+
+/// What is remembered of every frame until the end of the run.
+struct FrameRecord {
+  struct Seen {
+    LandmarkId landmark;
+    Eigen::Vector2f px;
+    float sigma_px = 1;
+  };
+  FrameId id;
+  Timestamp time;
+  TrackingState state = TrackingState::kInitialising;
+  std::string reason;  ///< Why there is no pose.
+
+  bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
+  MapId map;             ///< Invalid where there is no pose.
+  KeyframeId reference;
+  SE3 cam_from_reference;
+  SE3 cam_from_world;    ///< Valid once the trajectory was finished.
+  std::vector<Seen> seen;
+  std::shared_ptr<const Features> features;  ///< Kept only while the frame has no pose.
+
+  bool located() const { return map.valid(); }
+};
+
+FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
+
+}  // namespace deepuav

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/base/options.h"
+#include "deepuav/features/extractor.h"
+#include "deepuav/mapping/mapper.h"
+#include "deepuav/system/frame_feed.h"
+#include "deepuav/system/frame_record.h"
+#include "deepuav/system/image_source.h"
+#include "deepuav/system/mapping_lane.h"
+#include "deepuav/system/stage_clock.h"
+#include "deepuav/tracking/tracker.h"
+
+namespace deepuav {
+
+enum class Schedule {
+  kSequential,  ///< Everything in one thread.
+  kThreaded,    ///< Features ahead and mapping beside; the same result to the byte.
+  kLive,        ///< Frames at the pace of their time stamps; late work is skipped and counted.
+};
+
+/// Throws Error for a name other than sequential, threaded and live.
+Schedule ParseSchedule(const std::string& name);
+
+struct SystemOptions {
+  int map_delay_frames = 1;    ///< Offline, the local map of keyframe k is used from exactly this many frames after k.
+  int frames_ahead = 2;        ///< Frames that may wait for the Tracker (threaded).
+  int max_unlocated_frames = 600;  ///< Frames without a pose whose features are kept to locate them at the end.
+  bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
+  TrackingOptions tracking;
+  MappingOptions mapping;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("map_delay_frames", map_delay_frames, "", "frames after a keyframe from which its local map is used");
+    visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
+    visit("max_unlocated_frames", max_unlocated_frames, "", "frames without a pose that are kept to locate at the end");
+    visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
+  }
+};
+
+/// Registers the options of the system and all its parts under their names.
+void RegisterOptions(SystemOptions* options, OptionRegistry* registry);
+
+/// What a run leaves behind.
+struct SlamResult {
+  std::vector<FrameRecord> frames;
+  std::map<std::string, std::vector<double>> stage_durations_s;
+  int skipped_late = 0;   ///< Images left out by the live schedule.
+  std::string failure;    ///< What ended the run early, if anything did; the result until then is complete.
+  bool stopped = false;   ///< Ended by `stop` before the last image.
+};
+
+/// Tracker and Mapper wired together. One run an instance.
+class Slam {
+ public:
+  /// Called after each frame, in the calling thread.
+  using Progress = std::function<void(const FrameRecord&)>;
+
+  /// The pointers must outlive it.
+  Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor, Matcher* matcher);
+
+  /// Runs over all images. `stop` is asked before each frame; once it says true the run ends as if there were no more.
+  SlamResult Run(ImageSource* images, Schedule schedule, const Progress& progress = nullptr,
+                 const std::function<bool()>& stop = nullptr);
+
+  const Atlas& atlas() const { return atlas_; }
+
+ private:
+  void ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Progress& progress,
+                  const std::function<bool()>& stop, SlamResult* result);
+  FrameRecord Process(const Frame& frame, MappingLane* mapping, bool live);
+  void CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live);
+  void DropOldFeatures(std::vector<FrameRecord>* records) const;
+  void Finish(std::vector<FrameRecord>* records);
+
+  const Camera camera_;
+  const SystemOptions options_;
+  Extractor* extractor_;
+  Matcher* matcher_;
+  StageClock clock_;
+  Atlas atlas_;
+  Mapper mapper_;
+  Tracker tracker_;
+  std::optional<FrameId> keyframe_under_way_;
+};
+
+}  // namespace deepuav

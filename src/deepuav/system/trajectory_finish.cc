@@ -1,0 +1,91 @@
+#include "deepuav/system/trajectory_finish.h"
+
+#include "deepuav/tracking/motion_model.h"
+
+namespace deepuav {
+
+TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
+                                   const LocalMapOptions& local_map_options, int max_lost_frames, const Atlas& atlas,
+                                   FrameLocator* locator)
+    : camera_(camera),
+      options_(options),
+      local_map_options_(local_map_options),
+      max_lost_frames_(max_lost_frames),
+      atlas_(atlas),
+      locator_(locator) {}
+
+void TrajectoryFinish::Finish(std::vector<FrameRecord>* records) const {
+  for (FrameRecord& record : *records) {
+    if (record.located()) Refine(&record);
+  }
+  LocateTowards(-1, records);
+  LocateTowards(+1, records);
+}
+
+void TrajectoryFinish::Refine(FrameRecord* record) const {
+  const Map& map = atlas_.At(record->map);
+  const SE3 initial = record->cam_from_reference * map.PoseOf(record->reference);
+  std::vector<PoseObservation> observations;
+  for (const FrameRecord::Seen& seen : record->seen) {
+    const auto landmark = map.Current(seen.landmark);
+    if (landmark) observations.push_back({map.At(*landmark).position_world, seen.px.cast<double>(), seen.sigma_px});
+  }
+  const MotionOnlyResult refined = OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
+  const bool trusted = refined.inlier_count >= options_.min_inliers;
+  record->cam_from_world = trusted ? refined.cam_from_world : initial;
+}
+
+void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records) const {
+  const int count = static_cast<int>(records->size());
+  const FrameRecord* neighbour = nullptr;
+  const FrameRecord* before = nullptr;  // the one located before the neighbour
+  int misses = 0;
+  for (int i = step > 0 ? 0 : count - 1; i >= 0 && i < count; i += step) {
+    FrameRecord& record = (*records)[static_cast<size_t>(i)];
+    if (!record.located()) {
+      const bool reachable = neighbour && record.features && misses <= max_lost_frames_;
+      if (!reachable || !Locate(*neighbour, misses == 0 ? before : nullptr, &record)) {
+        ++misses;
+        continue;
+      }
+    }
+    before = neighbour && neighbour->map == record.map ? neighbour : nullptr;
+    neighbour = &record;
+    misses = 0;
+  }
+}
+
+bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const {
+  const Map& map = atlas_.At(neighbour.map);
+  LocationPrior prior;
+  prior.reference = map.Remaining(neighbour.reference);
+  prior.cam_from_world = neighbour.cam_from_world;
+  if (before && before->time != neighbour.time) {
+    const SE3 step = neighbour.cam_from_world * before->cam_from_world.Inverse();
+    const double ratio =
+        SecondsBetween(neighbour.time, record->time) / SecondsBetween(before->time, neighbour.time);
+    prior.cam_from_world = SE3::Exp(step.Log() * ratio) * neighbour.cam_from_world;
+  }
+  for (const FrameRecord::Seen& seen : neighbour.seen) {
+    if (const auto landmark = map.Current(seen.landmark)) prior.landmarks.push_back(*landmark);
+  }
+  const auto local_map = MakeLocalMap(map, prior.reference, local_map_options_);
+  const Frame frame{record->id, record->time, record->features};
+  const auto located = locator_->Locate(frame, *local_map, prior);
+  if (!located) return false;
+
+  const LocalKeyframe& reference = local_map->keyframes[static_cast<size_t>(located->reference)];
+  TrackingResult result;
+  result.state = TrackingState::kTracking;
+  result.pose = TrackedPose{
+      map.id(), reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), {}};
+  for (const LocatedFrame::Seen& seen : located->seen) {
+    result.pose->matches.push_back({seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});
+  }
+  *record = MakeRecord(frame, result);
+  record->tracked_online = false;
+  record->cam_from_world = located->cam_from_world;
+  return true;
+}
+
+}  // namespace deepuav

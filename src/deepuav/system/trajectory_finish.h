@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "deepuav/map/atlas.h"
+#include "deepuav/system/frame_record.h"
+#include "deepuav/tracking/frame_locator.h"
+
+namespace deepuav {
+
+/// The end of an offline run: gives every record its final pose in its map.
+class TrajectoryFinish {
+ public:
+  /// All must outlive it; the map is not changed any more.
+  TrajectoryFinish(const Camera& camera, const LocatorOptions& options, const LocalMapOptions& local_map_options,
+                   int max_lost_frames, const Atlas& atlas, FrameLocator* locator);
+
+  /// Optimises every located frame once more against the final map, then locates the others outwards from their located
+  /// neighbours, first backwards, then forwards.
+  void Finish(std::vector<FrameRecord>* records) const;
+
+ private:
+  void Refine(FrameRecord* record) const;
+  void LocateTowards(int step, std::vector<FrameRecord>* records) const;
+  bool Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const;
+
+  const Camera camera_;
+  const LocatorOptions options_;
+  const LocalMapOptions local_map_options_;
+  const int max_lost_frames_;
+  const Atlas& atlas_;
+  FrameLocator* locator_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,202 @@
+#include "deepuav/tracking/frame_locator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+namespace {
+
+/// Indices of the landmarks with these ids; ids that the local map has not are left out.
+std::vector<int> IndicesOf(const LocalMap& local_map, const std::vector<LandmarkId>& ids) {
+  std::vector<int> indices;
+  for (LandmarkId id : ids) {
+    const auto place = std::lower_bound(local_map.landmarks.begin(), local_map.landmarks.end(), id,
+                                        [](const LocalLandmark& l, LandmarkId wanted) { return l.id < wanted; });
+    if (place == local_map.landmarks.end() || place->id != id) continue;
+    indices.push_back(static_cast<int>(place - local_map.landmarks.begin()));
+  }
+  return indices;
+}
+
+/// The wanted keyframe first, then the one the local map was made around, then the newest others.
+std::vector<int> ReferenceOrder(const LocalMap& local_map, KeyframeId wanted) {
+  std::vector<int> order;
+  const auto add = [&order](int index) {
+    if (std::find(order.begin(), order.end(), index) == order.end()) order.push_back(index);
+  };
+  const int count = static_cast<int>(local_map.keyframes.size());
+  for (int i = 0; i < count; ++i) {
+    if (local_map.keyframes[static_cast<size_t>(i)].id == wanted) add(i);
+  }
+  add(local_map.centre);
+  for (int i = count - 1; i >= 0; --i) add(i);
+  return order;
+}
+
+void FindReference(const LocalMap& local_map, LocatedFrame* located) {
+  std::vector<uint8_t> seen(local_map.landmarks.size(), 0);
+  for (const LocatedFrame::Seen& s : located->seen) seen[static_cast<size_t>(s.landmark)] = 1;
+  for (size_t k = 0; k < local_map.keyframes.size(); ++k) {
+    int shared = 0;
+    for (int landmark : local_map.keyframes[k].landmarks) shared += landmark >= 0 && seen[static_cast<size_t>(landmark)];
+    if (shared < located->reference_shared) continue;
+    located->reference = static_cast<int>(k);
+    located->reference_shared = shared;
+  }
+}
+
+}  // namespace
+
+void LocatorOptions::Check() const {
+  CheckOption(predicted_radius_px > 0, "tracking.predicted_radius_px", predicted_radius_px, "above 0");
+  CheckOption(local_radius_px > 0, "tracking.local_radius_px", local_radius_px, "above 0");
+  CheckOption(min_predicted_inliers >= 4, "tracking.min_predicted_inliers", min_predicted_inliers, "at least 4");
+  CheckOption(min_predicted_ratio >= 0 && min_predicted_ratio <= 1, "tracking.min_predicted_ratio",
+              min_predicted_ratio, "0 to 1");
+  CheckOption(min_inliers >= 6, "tracking.min_inliers", min_inliers, "at least 6");
+  CheckOption(reference_tries >= 1, "tracking.reference_tries", reference_tries, "at least 1");
+  visibility.Check();
+  projection.Check();
+  absolute_pose.Check();
+  motion_only.Check();
+}
+
+FrameLocator::FrameLocator(const Camera& camera, const LocatorOptions& options, Matcher* matcher,
+                           StageListener* stages)
+    : camera_(camera), options_(options), matcher_(matcher), stages_(stages) {
+  options_.Check();
+}
+
+std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const LocalMap& local_map,
+                                                 const LocationPrior& prior, std::string* reason) {
+  const KeypointGrid grid(*frame.features);
+  std::optional<CoarsePose> coarse = FollowPrediction(frame, grid, local_map, prior);
+  if (!coarse) coarse = MatchReference(frame, local_map, prior);
+  if (!coarse) {
+    if (reason) *reason = fmt::format("no pose from {} key points", frame.features->size());
+    return std::nullopt;
+  }
+  LocatedFrame located = RefineOnLocalMap(frame, grid, local_map, *coarse);
+  if (static_cast<int>(located.seen.size()) < options_.min_inliers) {
+    if (reason) *reason = fmt::format("only {} landmarks agree on the pose", located.seen.size());
+    return std::nullopt;
+  }
+  FindReference(local_map, &located);
+  return located;
+}
+
+std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(const Frame& frame, const KeypointGrid& grid,
+                                                                       const LocalMap& local_map,
+                                                                       const LocationPrior& prior) const {
+  if (!prior.cam_from_world) return std::nullopt;
+  const StageScope stage(stages_, "match prediction");
+  std::vector<ProjectionTarget> targets;
+  for (int index : IndicesOf(local_map, prior.landmarks)) {
+    const auto px = ExpectedPixel(local_map.landmarks[static_cast<size_t>(index)], *prior.cam_from_world, camera_,
+                                  options_.visibility);
+    if (px) targets.push_back({*px, options_.predicted_radius_px, index});
+  }
+  SeenList seen;
+  for (const Match& match :
+       MatchProjected(targets, local_map.descriptors, *frame.features, grid, options_.projection)) {
+    seen.push_back({match.b, targets[static_cast<size_t>(match.a)].descriptor});
+  }
+  if (static_cast<int>(seen.size()) < options_.min_predicted_inliers) return std::nullopt;
+  CoarsePose pose = OptimiseOn(frame, local_map, seen, *prior.cam_from_world);
+  const auto inliers = static_cast<double>(pose.seen.size());
+  if (inliers < options_.min_predicted_inliers) return std::nullopt;
+  if (inliers < options_.min_predicted_ratio * static_cast<double>(seen.size())) return std::nullopt;
+  return pose;
+}
+
+std::optional<FrameLocator::CoarsePose> FrameLocator::MatchReference(const Frame& frame, const LocalMap& local_map,
+                                                                     const LocationPrior& prior) {
+  const StageScope stage(stages_, "match reference");
+  std::optional<CoarsePose> best;
+  int tries = options_.reference_tries;
+  for (int index : ReferenceOrder(local_map, prior.reference)) {
+    if (tries-- == 0) break;
+    std::optional<CoarsePose> pose =
+        MatchKeyframe(frame, local_map, local_map.keyframes[static_cast<size_t>(index)]);
+    if (pose && (!best || pose->seen.size() > best->seen.size())) best = std::move(pose);
+    if (best && static_cast<int>(best->seen.size()) >= 2 * options_.min_inliers) break;
+  }
+  return best;
+}
+
+std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame& frame, const LocalMap& local_map,
+                                                                    const LocalKeyframe& keyframe) {
+  SeenList seen;
+  for (const Match& match : matcher_->MatchFeatures(*frame.features, *keyframe.features)) {
+    const int landmark = keyframe.landmarks[static_cast<size_t>(match.b)];
+    if (landmark >= 0) seen.push_back({match.a, landmark});
+  }
+  const auto robust = EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen),
+                                           static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
+  if (!robust) return std::nullopt;
+  SeenList agreeing;
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (robust->inlier[i]) agreeing.push_back(seen[i]);
+  }
+  return OptimiseOn(frame, local_map, agreeing, robust->cam_from_world);
+}
+
+LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
+                                            const CoarsePose& coarse) const {
+  LocatedFrame located;
+  SeenList seen = coarse.seen;
+  {
+    const StageScope stage(stages_, "match local map");
+    std::vector<uint8_t> known(local_map.landmarks.size(), 0), taken(frame.features->keypoints.size(), 0);
+    for (const LocatedFrame::Seen& s : coarse.seen) {
+      known[static_cast<size_t>(s.landmark)] = 1;
+      taken[static_cast<size_t>(s.keypoint)] = 1;
+    }
+    std::vector<ProjectionTarget> targets;
+    for (size_t i = 0; i < local_map.landmarks.size(); ++i) {
+      const auto px = ExpectedPixel(local_map.landmarks[i], coarse.cam_from_world, camera_, options_.visibility);
+      if (!px) continue;
+      located.visible.push_back(static_cast<int>(i));
+      if (!known[i]) targets.push_back({*px, options_.local_radius_px, static_cast<int>(i)});
+    }
+    for (const Match& match :
+         MatchProjected(targets, local_map.descriptors, *frame.features, grid, options_.projection)) {
+      if (taken[static_cast<size_t>(match.b)]) continue;
+      seen.push_back({match.b, targets[static_cast<size_t>(match.a)].descriptor});
+    }
+  }
+  const StageScope stage(stages_, "optimise pose");
+  CoarsePose refined = OptimiseOn(frame, local_map, seen, coarse.cam_from_world);
+  located.cam_from_world = refined.cam_from_world;
+  located.seen = std::move(refined.seen);
+  std::sort(located.seen.begin(), located.seen.end(), [](const auto& a, const auto& b) { return a.keypoint < b.keypoint; });
+  return located;
+}
+
+std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const LocalMap& local_map,
+                                                   const SeenList& seen) const {
+  std::vector<PoseObservation> observations;
+  observations.reserve(seen.size());
+  for (const LocatedFrame::Seen& s : seen) {
+    const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(s.keypoint)];
+    observations.push_back({local_map.landmarks[static_cast<size_t>(s.landmark)].position_world,
+                            keypoint.px.cast<double>(), keypoint.sigma_px});
+  }
+  return observations;
+}
+
+FrameLocator::CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
+                                                  const SE3& initial) const {
+  const MotionOnlyResult result =
+      OptimizePose(camera_.pinhole, Observe(frame, local_map, seen), initial, options_.motion_only);
+  CoarsePose pose{result.cam_from_world, {}};
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (result.inlier[i]) pose.seen.push_back(seen[i]);
+  }
+  return pose;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+
+#include "deepuav/base/time.h"
+#include "deepuav/geometry/se3.h"
+
+namespace deepuav {
+
+/// Constant velocity between two frames, in the camera's own frame.
+class MotionModel {
+ public:
+  void Reset() { *this = MotionModel(); }
+
+  /// Takes the pose of the newest tracked frame.
+  void Update(Timestamp time, const SE3& cam_from_world);
+
+  /// The newest pose was corrected, the velocity stays.
+  void Correct(const SE3& cam_from_world) { last_cam_from_world_ = cam_from_world; }
+
+  /// The pose at `time`; the newest pose where no velocity is known yet; nothing before the first Update.
+  std::optional<SE3> Predict(Timestamp time) const;
+
+ private:
+  Timestamp last_time_;
+  std::optional<SE3> last_cam_from_world_;
+  std::optional<Vector6d> velocity_per_s_;  ///< Log of now_from_before over the time between them.
+};
+
+}  // namespace deepuav

@@ -1,0 +1,138 @@
+#include "deepuav/tracking/tracker.h"
+
+#include <algorithm>
+
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+
+void TrackingOptions::Check() const {
+  CheckOption(max_lost_frames >= 0, "tracking.max_lost_frames", max_lost_frames, "0 or more");
+  initialiser.Check();
+  locator.Check();
+  keyframes.Check();
+}
+
+Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher, StageListener* stages)
+    : options_(options),
+      stages_(stages),
+      initialiser_(camera.pinhole, options.initialiser, matcher),
+      locator_(camera, options.locator, matcher, stages) {
+  options_.Check();
+}
+
+TrackingResult Tracker::Track(const Frame& frame, bool mapping_idle) {
+  return state_ == TrackingState::kInitialising ? Initialise(frame) : TrackInMap(frame, mapping_idle);
+}
+
+TrackingResult Tracker::Initialise(const Frame& frame) {
+  const StageScope stage(stages_, "initialise");
+  TrackingResult result;
+  std::string waiting_for;
+  result.initial_map = initialiser_.Add(frame, &waiting_for);
+  if (!result.initial_map) result.reason = "waiting for " + waiting_for;
+  return result;
+}
+
+TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
+  std::string reason;
+  const std::optional<LocatedFrame> located = locator_.Locate(frame, *local_map_, PriorFor(frame), &reason);
+  if (!located) return Lost(std::move(reason));
+
+  state_ = TrackingState::kTracking;
+  lost_frames_ = 0;
+  motion_.Update(frame.time, located->cam_from_world);
+  CountViews(*located);
+
+  TrackingResult result;
+  result.state = state_;
+  result.pose = last_ = Describe(*located);
+  const auto since_keyframe = static_cast<int>(frame.id.value - last_keyframe_.value);
+  if (mapping_idle && NeedsKeyframe(*located, *local_map_, since_keyframe, options_.keyframes)) {
+    result.keyframe = RequestKeyframe(frame, *result.pose);
+  }
+  return result;
+}
+
+TrackingResult Tracker::Lost(std::string reason) {
+  TrackingResult result;
+  result.reason = std::move(reason);
+  motion_.Reset();
+  state_ = TrackingState::kLost;
+  if (++lost_frames_ > options_.max_lost_frames) {
+    initialiser_.Reset();
+    state_ = TrackingState::kInitialising;
+    result.reason += "; starting a new map";
+  }
+  result.state = state_;
+  return result;
+}
+
+void Tracker::Begin(std::shared_ptr<const LocalMap> local_map) {
+  initialiser_.Reset();
+  motion_.Reset();
+  views_.clear();
+  lost_frames_ = 0;
+  last_.reset();
+  last_keyframe_ = {};
+  state_ = TrackingState::kTracking;
+  local_map_ = std::move(local_map);
+}
+
+void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
+  if (!local_map_ || local_map->map != local_map_->map) return;
+  local_map_ = std::move(local_map);
+  if (!last_) return;
+  const LocalKeyframe* reference = FindKeyframe(last_->reference);
+  if (reference) motion_.Correct(last_->cam_from_reference * reference->cam_from_world);
+}
+
+LocationPrior Tracker::PriorFor(const Frame& frame) const {
+  LocationPrior prior;
+  prior.cam_from_world = motion_.Predict(frame.time);
+  if (!last_) return prior;
+  prior.reference = last_->reference;
+  for (const LandmarkMatch& match : last_->matches) prior.landmarks.push_back(match.landmark);
+  return prior;
+}
+
+TrackedPose Tracker::Describe(const LocatedFrame& located) const {
+  const LocalKeyframe& reference = local_map_->keyframes[static_cast<size_t>(located.reference)];
+  TrackedPose pose{local_map_->map, reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), {}};
+  pose.matches.reserve(located.seen.size());
+  for (const LocatedFrame::Seen& seen : located.seen) {
+    pose.matches.push_back({seen.keypoint, local_map_->landmarks[static_cast<size_t>(seen.landmark)].id});
+  }
+  return pose;
+}
+
+KeyframeRequest Tracker::RequestKeyframe(const Frame& frame, const TrackedPose& pose) {
+  KeyframeRequest request{pose.map, frame, pose.reference, pose.cam_from_reference, pose.matches, {}};
+  for (const auto& [id, count] : views_) request.views.push_back(count);
+  views_.clear();
+  last_keyframe_ = frame.id;
+  return request;
+}
+
+void Tracker::CountViews(const LocatedFrame& located) {
+  for (int index : located.visible) {
+    const LandmarkId id = local_map_->landmarks[static_cast<size_t>(index)].id;
+    ViewCount& count = views_.try_emplace(id, ViewCount{id, 0, 0}).first->second;
+    ++count.visible;
+  }
+  for (const LocatedFrame::Seen& seen : located.seen) {
+    const LandmarkId id = local_map_->landmarks[static_cast<size_t>(seen.landmark)].id;
+    ViewCount& count = views_.try_emplace(id, ViewCount{id, 0, 0}).first->second;
+    ++count.found;
+    count.visible = std::max(count.visible, count.found);
+  }
+}
+
+const LocalKeyframe* Tracker::FindKeyframe(KeyframeId id) const {
+  for (const LocalKeyframe& keyframe : local_map_->keyframes) {
+    if (keyframe.id == id) return &keyframe;
+  }
+  return nullptr;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "deepuav/map/requests.h"
+#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/tracking/initialiser.h"
+#include "deepuav/tracking/keyframe_decision.h"
+#include "deepuav/tracking/motion_model.h"
+
+namespace deepuav {
+
+struct TrackingOptions {
+  int max_lost_frames = 30;  ///< Lost for longer: a new map is started.
+  InitialiserOptions initialiser;
+  LocatorOptions locator;
+  KeyframeOptions keyframes;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("max_lost_frames", max_lost_frames, "", "frames without a pose after which a new map is started");
+  }
+};
+
+enum class TrackingState { kInitialising, kTracking, kLost };
+
+/// A frame's place in the map, relative to a keyframe so that it moves with the map.
+struct TrackedPose {
+  MapId map;
+  KeyframeId reference;
+  SE3 cam_from_reference;
+  std::vector<LandmarkMatch> matches;
+};
+
+/// What became of one frame.
+struct TrackingResult {
+  TrackingState state = TrackingState::kInitialising;
+  std::optional<TrackedPose> pose;
+  std::string reason;  ///< Why there is no pose.
+  std::optional<InitialMapRequest> initial_map;  ///< To be answered with Begin(), then the frame tracked again.
+  std::optional<KeyframeRequest> keyframe;       ///< To be answered with UseLocalMap().
+};
+
+/// One frame in, one pose out. Holds no map: it works on the LocalMap given to it. Thread-compatible.
+class Tracker {
+ public:
+  /// `matcher` and `stages` (may be null) must outlive it.
+  Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher, StageListener* stages);
+
+  /// `mapping_idle`: a keyframe may be requested.
+  TrackingResult Track(const Frame& frame, bool mapping_idle);
+
+  /// Starts tracking in a new map.
+  void Begin(std::shared_ptr<const LocalMap> local_map);
+  /// Goes on with a newer copy of the surroundings; poses move with their reference keyframe.
+  void UseLocalMap(std::shared_ptr<const LocalMap> local_map);
+
+ private:
+  TrackingResult Initialise(const Frame& frame);
+  TrackingResult TrackInMap(const Frame& frame, bool mapping_idle);
+  TrackingResult Lost(std::string reason);
+  LocationPrior PriorFor(const Frame& frame) const;
+  TrackedPose Describe(const LocatedFrame& located) const;
+  KeyframeRequest RequestKeyframe(const Frame& frame, const TrackedPose& pose);
+  void CountViews(const LocatedFrame& located);
+  const LocalKeyframe* FindKeyframe(KeyframeId id) const;
+
+  const TrackingOptions options_;
+  StageListener* stages_;
+  Initialiser initialiser_;
+  FrameLocator locator_;
+  MotionModel motion_;
+  TrackingState state_ = TrackingState::kInitialising;
+  std::shared_ptr<const LocalMap> local_map_;
+  std::optional<TrackedPose> last_;
+  int lost_frames_ = 0;
+  FrameId last_keyframe_;
+  std::map<LandmarkId, ViewCount> views_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,227 @@
+"""Holds the sources to the architecture: which module may include which, and what libraries may not do."""
+
+import pathlib
+import re
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+# The arrows of the architecture; a module may also use whatever these use.
+ARROWS = {
+    "base": [],
+    "geometry": ["base"],
+    "image": ["geometry"],
+    "inference": ["base"],
+    "features": ["image", "inference"],
+    "matching": ["features", "geometry"],
+    "place": ["features"],
+    "map": ["features", "place", "geometry"],
+    "estimation": ["map", "geometry"],
+    "tracking": ["estimation", "matching"],
+    "mapping": ["estimation", "matching"],
+    "looping": ["estimation", "matching", "place"],
+    "system": ["tracking", "mapping", "looping"],
+    "io": ["map", "image"],
+    "evaluation": ["geometry", "io"],
+    "simulation": ["geometry", "image"],
+    "viewer": ["map", "evaluation"],
+}
+
+# Three parts that talk by value alone, so that their result cannot depend on threads' timing.
+TIMELESS = ("tracking", "mapping", "looping")
+TIMELESS_FORBIDDEN = re.compile(
+    r"<(?:thread|mutex|shared_mutex|chrono|condition_variable|future|atomic)>|\bdeepuav/base/queue\.h\b|\bStopwatch\b"
+)
+LIBRARY_FORBIDDEN = re.compile(
+    r"\bstd::(?:cout|cerr|clog)\b|\b(?:v?f?printf|puts|putchar)\s*\(|\bfmt::print\b|\b(?:quick_)?exit\s*\("
+    r"|\babort\s*\(|\bsleep_(?:for|until)\b|\bu?sleep\s*\("
+)
+OPENVINO_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]openvino/', re.MULTILINE)
+MODULE_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]deepuav/(\w+)/', re.MULTILINE)
+MODULE_CALL = re.compile(r"\bdeepuav_module\s*\(([^)]*)\)")
+CMAKE_KEYWORD = re.compile(r"[A-Z][A-Z_]+")
+COMMENT_OR_LITERAL = re.compile(
+    r'(?P<comment>//[^\n]*|/\*.*?\*/)|R"(?P<tag>[^(\s]*)\(.*?\)(?P=tag)"|"(?:\\.|[^"\\\n])*"', re.DOTALL
+)
+
+
+def allowed_modules(module):
+    """The modules that `module` may use: its arrows, and theirs."""
+    allowed = set()
+    for used in ARROWS[module]:
+        allowed |= {used} | allowed_modules(used)
+    return allowed
+
+
+def without_comments(text, keep_literals):
+    """C++ source with comments blanked, and string literals too unless they are kept. Lines stay."""
+
+    def blank(match):
+        if keep_literals and not match.group("comment"):
+            return match.group()
+        return " " + "\n" * match.group().count("\n")
+
+    return COMMENT_OR_LITERAL.sub(blank, text)
+
+
+def module_arguments(cmake_text):
+    """The keyword arguments of the call to deepuav_module, as lists by keyword."""
+    arguments = {"DEPENDS": [], "TEST_LINK": []}
+    call = MODULE_CALL.search(re.sub(r"#[^\n]*", "", cmake_text))
+    keyword = None
+    for word in call.group(1).split()[1:] if call else []:
+        if CMAKE_KEYWORD.fullmatch(word):
+            keyword = word
+            arguments.setdefault(word, [])
+        elif keyword:
+            arguments[keyword].append(word)
+    return arguments
+
+
+def sources(folder):
+    return sorted(path for path in folder.rglob("*") if path.suffix in (".h", ".cc"))
+
+
+def check_depends(module, depends):
+    if module not in ARROWS:
+        yield f"src/deepuav/{module}: is no module of the architecture"
+        return
+    for used in depends:
+        if used not in allowed_modules(module):
+            yield f"src/deepuav/{module}/CMakeLists.txt: DEPENDS {used}: no such arrow in the architecture"
+
+
+def check_source(path, name, module, depends, test_links):
+    text = path.read_text()
+    is_test = path.name.endswith("_test.cc")
+    usable = {module, *depends} | (test_links if is_test else set())
+    code_and_literals = without_comments(text, keep_literals=True)
+    for used in sorted(set(MODULE_INCLUDE.findall(code_and_literals))):
+        if module in TIMELESS and used in TIMELESS and used != module:
+            yield f"{name}: includes {used}: tracking, mapping and looping may not include one another"
+        elif used not in usable:
+            yield f"{name}: includes {used}, which is not in the DEPENDS of {module}"
+    if is_test:
+        return
+    if module in TIMELESS:
+        for found in TIMELESS_FORBIDDEN.findall(code_and_literals):
+            yield f"{name}: mentions {found}: {module} may hold no thread, mutex or clock"
+    for found in LIBRARY_FORBIDDEN.findall(without_comments(text, keep_literals=False)):
+        yield f"{name}: mentions {found}: libraries may not print, exit or sleep"
+
+
+def find_violations(root):
+    """One line for each violation in the repository at `root`."""
+    violations = []
+    for listing in sorted((root / "src/deepuav").glob("*/CMakeLists.txt")):
+        module = listing.parent.name
+        arguments = module_arguments(listing.read_text())
+        depends = arguments["DEPENDS"]
+        test_links = {link.removeprefix("deepuav_") for link in arguments["TEST_LINK"]}
+        violations += check_depends(module, depends)
+        for path in sources(listing.parent):
+            name = path.relative_to(root).as_posix()
+            violations += check_source(path, name, module, depends, test_links)
+    for folder in ("src", "apps", "bench", "tests"):
+        for path in sources(root / folder):
+            name = path.relative_to(root).as_posix()
+            text = without_comments(path.read_text(), keep_literals=True)
+            if OPENVINO_INCLUDE.search(text) and not name.startswith("src/deepuav/inference/"):
+                violations.append(f"{name}: includes OpenVINO: only inference may")
+    return violations
+
+
+class RepositoryTest(unittest.TestCase):
+    def test_every_module_is_found(self):
+        self.assertGreater(len(sources(ROOT / "src/deepuav/base")), 0)
+        self.assertIn("base", module_arguments((ROOT / "src/deepuav/geometry/CMakeLists.txt").read_text())["DEPENDS"])
+
+    def test_keeps_the_architecture(self):
+        violations = find_violations(ROOT)
+        self.assertEqual(violations, [], "\n" + "\n".join(violations))
+
+
+class CheckTest(unittest.TestCase):
+    """The check on small trees, good and bad."""
+
+    GOOD = {
+        "src/deepuav/base/CMakeLists.txt": "deepuav_module(base LINK fmt::fmt)",
+        "src/deepuav/base/queue.h": "#include <mutex>\n",
+        "src/deepuav/inference/CMakeLists.txt": "deepuav_module(inference DEPENDS base LINK openvino::runtime)",
+        "src/deepuav/inference/network.cc": "#include <openvino/openvino.hpp>\n",
+        "src/deepuav/geometry/CMakeLists.txt": "deepuav_module(geometry DEPENDS base)",
+        "src/deepuav/geometry/se3.h": '#include "deepuav/base/error.h"\n',
+        "src/deepuav/estimation/CMakeLists.txt": "deepuav_module(estimation DEPENDS geometry base)",
+        "src/deepuav/tracking/CMakeLists.txt": "deepuav_module(tracking DEPENDS estimation geometry base\n"
+        "  TEST_LINK deepuav_simulation)  # DEPENDS mapping",
+        "src/deepuav/tracking/tracker.cc": '#include "deepuav/geometry/se3.h"\n// #include <thread>\n'
+        '/* printf("x") */ auto text = "exit(1)"; void AtExit(int); OnExit(2); snprintf(b, 1, "");\n',
+        "src/deepuav/tracking/tracker_test.cc": '#include "deepuav/simulation/world.h"\n#include <thread>\n',
+        "apps/main.cc": '#include "deepuav/tracking/tracker.h"\nint main() { std::cout << 1; exit(0); }\n',
+    }
+
+    def violations_with(self, name, text):
+        """The violations of the good tree once the file `name` holds `text`."""
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for path, content in {**self.GOOD, name: text}.items():
+                (root / path).parent.mkdir(parents=True, exist_ok=True)
+                (root / path).write_text(content)
+            return find_violations(root)
+
+    def assert_refused(self, name, text, reason):
+        violations = self.violations_with(name, text)
+        self.assertEqual(len(violations), 1, violations)
+        self.assertTrue(violations[0].startswith(name.rsplit("/CMake", 1)[0]), violations)
+        self.assertIn(reason, violations[0])
+
+    def test_accepts_a_good_tree(self):
+        self.assertEqual(self.violations_with("README.md", ""), [])
+
+    def test_refuses_an_include_that_is_not_in_depends(self):
+        for line in ('#include "deepuav/inference/network.h"', "  #  include <deepuav/inference/network.h>"):
+            self.assert_refused("src/deepuav/geometry/camera.cc", line, "includes inference, which is not in")
+        self.assert_refused("src/deepuav/geometry/a_test.cc", '#include "deepuav/map/map.h"', "includes map")
+        self.assert_refused("src/deepuav/tracking/a.h", '#include "deepuav/simulation/world.h"', "includes simulation")
+
+    def test_refuses_an_arrow_that_is_not_in_the_architecture(self):
+        self.assert_refused("src/deepuav/base/CMakeLists.txt", "deepuav_module(base DEPENDS geometry)", "no such arrow")
+        self.assert_refused(
+            "src/deepuav/estimation/CMakeLists.txt",
+            "deepuav_module(estimation LINK x\n  DEPENDS geometry\n  io)",
+            "DEPENDS io: no such arrow",
+        )
+        self.assert_refused("src/deepuav/utils/CMakeLists.txt", "deepuav_module(utils)", "is no module")
+
+    def test_refuses_parts_that_include_one_another(self):
+        self.assert_refused("src/deepuav/tracking/a.cc", '#include "deepuav/mapping/mapper.h"', "one another")
+        self.assert_refused("src/deepuav/tracking/a_test.cc", '#include "deepuav/looping/loop.h"', "one another")
+
+    def test_refuses_threads_and_clocks_in_the_parts(self):
+        for header in ("thread", "mutex", "chrono", "condition_variable"):
+            self.assert_refused("src/deepuav/tracking/a.h", f"#include <{header}>", f"mentions <{header}>")
+        self.assert_refused("src/deepuav/tracking/a.h", '#include "deepuav/base/queue.h"', "base/queue.h")
+        self.assert_refused("src/deepuav/tracking/a.cc", "Stopwatch watch;", "Stopwatch")
+
+    def test_refuses_openvino_outside_inference(self):
+        for name in ("src/deepuav/geometry/a.h", "apps/run.cc", "tests/a_test.cc"):
+            self.assert_refused(name, "#include <openvino/runtime/core.hpp>", "only inference may")
+
+    def test_refuses_printing_exiting_and_sleeping_in_libraries(self):
+        for line in (
+            'std::cout << "x";',
+            "std::cerr << 1;",
+            'printf("x");',
+            'std::fprintf(stderr, "x");',
+            'fmt::print("x");',
+            "exit(1);",
+            "std::abort();",
+            "std::this_thread::sleep_for(delay);",
+            '/* fine */ auto path = "//"; exit(2);',
+        ):
+            self.assert_refused("src/deepuav/geometry/a.cc", line, "may not print, exit or sleep")
+
+
+if __name__ == "__main__":
+    unittest.main()

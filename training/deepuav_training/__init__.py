@@ -1,0 +1,1 @@
+"""Training of the networks of Deep-UAV SLAM: SuperPoint in two sizes, and SuperGlue."""

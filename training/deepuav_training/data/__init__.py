@@ -1,0 +1,1 @@
+"""Images, homographies, degradations and the cache of teacher labels."""

@@ -1,0 +1,49 @@
+"""Running an exported network with OpenVINO."""
+
+from pathlib import Path
+
+import numpy as np
+import openvino
+
+from deepuav_training.errors import TrainingError
+
+
+class Network:
+    """An ONNX (or OpenVINO) SuperPoint: image in, logits and descriptors out."""
+
+    def __init__(self, path: str | Path, threads: int = 1, precision: str = "f32"):
+        """Loads and compiles the network.
+
+        Args:
+            path: the model file.
+            threads: CPU threads.
+            precision: what the runtime computes in, "f32" or "bf16".
+        """
+        if not Path(path).is_file():
+            raise TrainingError(f"{path}: no such file, expected a network")
+        self._core = openvino.Core()
+        self._model = self._core.read_model(str(path))
+        self._settings = {"INFERENCE_NUM_THREADS": threads, "NUM_STREAMS": 1,
+                          "INFERENCE_PRECISION_HINT": precision}
+        self._requests = {}
+
+    def __call__(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Runs one grey image (H, W), uint8 or float32 in 0..1; H and W are multiples of 8.
+
+        Returns:
+            logits (65, H/8, W/8) and descriptors (256, H/8, W/8), float32.
+        """
+        if image.dtype == np.uint8:
+            image = image.astype(np.float32) / 255.0
+        request = self._request(image.shape)
+        request.infer([image[None, None]])
+        return (request.get_tensor("logits").data[0].copy(),
+                request.get_tensor("descriptors").data[0].copy())
+
+    def _request(self, shape: tuple[int, int]) -> openvino.InferRequest:
+        if shape not in self._requests:
+            model = self._model.clone()
+            model.reshape([1, 1, *shape])
+            compiled = self._core.compile_model(model, "CPU", self._settings)
+            self._requests[shape] = compiled.create_infer_request()
+        return self._requests[shape]
