@@ -9,7 +9,9 @@ if(NOT TARGET yaml-cpp::yaml-cpp)  # Until 0.8 the target has no namespace.
 endif()
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(Ceres 2.1 REQUIRED)
+if(DEEPUAV_BENCH)
+  find_package(Ceres 2.1 QUIET)  # Only to compare the bundle adjustment with.
+endif()
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(GTest REQUIRED)
 find_package(PkgConfig REQUIRED)

@@ -169,7 +169,10 @@ TEST(AdjustBundle, LandmarksBehindCamerasDoNotSpoilTheRest) {
   for (int i = 0; i < 15; ++i)
     problem.landmarks_world[i] = 40 * RandomDirection(&random);  // Behind some or all.
   problem.landmarks_world[15] = problem.cam_from_world[3].InverseTranslation();
-  const BundleReport report = AdjustBundle(&problem, Precise());
+  BundleOptions options = Precise();
+  options.max_iterations =
+      150;  // The landmarks come from three times as far as the cameras are apart.
+  const BundleReport report = AdjustBundle(&problem, options);
   EXPECT_TRUE(std::isfinite(report.final_cost));
   EXPECT_LT(WorstCenterError(problem, world), 0.05);
   for (const auto& point : problem.landmarks_world) EXPECT_TRUE(point.allFinite());
@@ -189,7 +192,11 @@ TEST(AdjustBundle, WrongMatchesNearACameraDoNotStopTheRest) {
   const BundleReport report = AdjustBundle(&problem, Precise());
   const SE3 truth = world.cam_from_world[1];
   EXPECT_LT((problem.cam_from_world[1] * truth.Inverse()).Angle(), 0.02);
-  EXPECT_LT(report.final_cost, 0.2 * report.initial_cost);
+  int outliers = 0;
+  for (size_t i = 0; i < problem.observations.size(); ++i) {
+    outliers += report.outlier[i] && problem.observations[i].landmark >= 3;
+  }
+  EXPECT_LT(outliers, 0.01 * problem.observations.size());
 }
 
 TEST(AdjustBundle, RefinesAWrongFocalLengthAndDistortion) {

@@ -1,7 +1,14 @@
 #include "deepuav/estimation/bundle_linearization.h"
 
+#include <algorithm>
+
 namespace deepuav {
 namespace {
+
+/// The squared error in pixels at which an observation stops to count: 45 degrees. One behind its
+/// camera counts as much, so that the cost is continuous where a landmark passes the plane of the
+/// camera.
+double MaxSquaredError(const BundleCamera& camera) { return camera.pinhole.fx * camera.pinhole.fx; }
 
 /// Poses as matrices: a rotation is applied to hundreds of points.
 struct PoseMatrix {
@@ -48,17 +55,19 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
   AssignZero(has_calibration ? structure.free_cameras() : 0, &camera_calibration);
   AssignZero(has_calibration ? structure.groups() : 0, &calibration_landmark);
 
+  const double max_squared_error = MaxSquaredError(state.camera);
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   for (size_t i = 0; i < structure.observations.size(); ++i) {
     const GroupedObservation& o = structure.observations[i];
     const PoseMatrix& pose = poses[o.camera];
     const Eigen::Vector3d point =
         pose * state.landmarks_world[structure.landmark_of_group[o.group]];
-    if (!InFrontOfCamera(point)) {
+    const Eigen::Vector2d error_px = state.camera.Project(point) - o.px;
+    if (!InFrontOfCamera(point) || error_px.squaredNorm() > max_squared_error) {
       camera_landmark[i].setZero();
       continue;
     }
-    const Eigen::Vector2d error = o.per_sigma * (state.camera.Project(point) - o.px);
+    const Eigen::Vector2d error = o.per_sigma * error_px;
     const double weight = loss.Weight(error.squaredNorm());
     const Matrix23d point_jacobian = o.per_sigma * state.camera.PointJacobian(point);
     const Matrix23d landmark_jacobian = point_jacobian * pose.rotation;
@@ -89,14 +98,15 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
+  const double max_squared_error = MaxSquaredError(state.camera);
   double cost = 0;
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];
-    const Eigen::Vector2d error = InFrontOfCamera(point)
-                                      ? Eigen::Vector2d(state.camera.Project(point) - o.px)
-                                      : Eigen::Vector2d(state.camera.pinhole.fx, 0);
-    cost += loss.Cost(o.per_sigma * o.per_sigma * error.squaredNorm());
+    double squared = max_squared_error;
+    if (InFrontOfCamera(point))
+      squared = std::min(squared, (state.camera.Project(point) - o.px).squaredNorm());
+    cost += loss.Cost(o.per_sigma * o.per_sigma * squared);
   }
   return cost;
 }

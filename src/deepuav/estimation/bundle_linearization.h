@@ -39,8 +39,9 @@ struct BundleLinearization {
   std::vector<Matrix3dCalibration> calibration_landmark;  ///< By group.
 };
 
-/// Sum of the Huber losses of the grouped observations. One behind its camera costs as much as an
-/// error of 45 degrees, so that no step gains by pushing a landmark there.
+/// Sum of the Huber losses of the grouped observations. An error above 45 degrees, or a landmark
+/// behind the camera, costs as much as 45 degrees and has no part in the linearisation: it is an
+/// outlier of the step.
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss);
 

@@ -77,18 +77,20 @@ class PoseProblem {
                   NormalEquations* equations) const {
     const Eigen::Vector3d point = rotation * observation.landmark_world + translation;
     const double per_sigma = 1 / observation.sigma_px;
-    if (!InFrontOfCamera(point)) {
-      // A step that pushes a point behind the camera must not look like a gain: it costs an error
-      // of 45 degrees.
-      equations->cost += loss.Cost(std::pow(pinhole_.fx * per_sigma, 2));
-      return;
-    }
     const double inv_z = 1 / point.z();
     const double x = point.x() * inv_z, y = point.y() * inv_z;
     const double fx = pinhole_.fx * per_sigma, fy = pinhole_.fy * per_sigma;
     const double error_u = (pinhole_.cx - observation.px.x()) * per_sigma + fx * x;
     const double error_v = (pinhole_.cy - observation.px.y()) * per_sigma + fy * y;
     const double squared = error_u * error_u + error_v * error_v;
+    // Behind the camera, and further off than 45 degrees, an observation costs as much as there and
+    // has no gradient: a step that pushes a point behind the camera is no gain, and the cost stays
+    // continuous.
+    const double max_squared = fx * fx;
+    if (!InFrontOfCamera(point) || squared > max_squared) {
+      equations->cost += loss.Cost(max_squared);
+      return;
+    }
     const double weight = loss.Weight(squared);
     equations->cost += loss.Cost(squared);
 

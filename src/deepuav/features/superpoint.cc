@@ -81,18 +81,18 @@ std::string OnlyInput(const Session& session) {
   return session.inputs().front().name;
 }
 
-/// Length of undistorted pixels per pixel of the image as taken, from central differences.
+/// Length of undistorted pixels per pixel of the image as taken, by finite differences from the
+/// pixel and its undistorted position.
 std::optional<double> UndistortionMagnification(const Camera& camera,
-                                                const Eigen::Vector2d& image_px) {
-  constexpr double kStepPx = 0.5;
+                                                const Eigen::Vector2d& image_px,
+                                                const Eigen::Vector2d& undistorted_px) {
+  constexpr double kStepPx = 0.1;
   const auto right = camera.Undistort(image_px + Eigen::Vector2d(kStepPx, 0));
-  const auto left = camera.Undistort(image_px - Eigen::Vector2d(kStepPx, 0));
   const auto below = camera.Undistort(image_px + Eigen::Vector2d(0, kStepPx));
-  const auto above = camera.Undistort(image_px - Eigen::Vector2d(0, kStepPx));
-  if (!right || !left || !below || !above) return std::nullopt;
-  Eigen::Matrix2d jacobian;
-  jacobian << (*right - *left), (*below - *above);
-  return std::sqrt(std::abs(jacobian.determinant())) / (2 * kStepPx);
+  if (!right || !below) return std::nullopt;
+  Eigen::Matrix2d differences;
+  differences << *right - undistorted_px, *below - undistorted_px;
+  return std::sqrt(std::abs(differences.determinant())) / kStepPx;
 }
 
 }  // namespace
@@ -164,8 +164,9 @@ std::optional<Keypoint> SuperPoint::MakeKeypoint(const Eigen::Vector2f& image_px
                                                  float score) const {
   const Eigen::Vector2d px = image_px.cast<double>();
   const auto undistorted = camera_.Undistort(px);
-  const auto magnification = UndistortionMagnification(camera_, px);
-  if (!undistorted || !magnification) return std::nullopt;
+  if (!undistorted) return std::nullopt;
+  const auto magnification = UndistortionMagnification(camera_, px, *undistorted);
+  if (!magnification) return std::nullopt;
   return Keypoint{image_px, undistorted->cast<float>(), score,
                   static_cast<float>(options_.sigma * *magnification)};
 }

@@ -19,7 +19,7 @@ struct SuperPointOptions {
   int border = 4;
   bool subpixel = true;
   double subpixel_sigma = 1.0;
-  double subpixel_max_offset = 0.5;
+  double subpixel_max_offset = 1.0;
   double sigma = 1.0;
 
   void Check() const;

@@ -91,12 +91,16 @@ bool IsMaximum(const HeatMap& map, int x, int y, int radius) {
   return true;
 }
 
-/// Weights of the four neighbours around a position `fraction` in [0, 1) after the second, by the
-/// cubic convolution that reproduces quadratics (Keys 1981, a = -1/2).
+/// Weights of the four neighbours around a position `fraction` in [0, 1) after the second, by cubic
+/// convolution (Keys 1981, equations 3 and 4 with a = -3/4 as in training frameworks: matched
+/// better than a = -1/2 and than linear).
 std::array<float, 4> CubicWeights(float fraction) {
-  const float t = fraction, t2 = t * t, t3 = t2 * t;
-  return {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t),
-          0.5f * (t3 - t2)};
+  constexpr float a = -0.75f;
+  const auto near = [](float x) { return ((a + 2) * x - (a + 3)) * x * x + 1; };  // |x| <= 1
+  const auto far = [](float x) {
+    return ((a * x - 5 * a) * x + 8 * a) * x - 4 * a;
+  };  // 1 < |x| < 2
+  return {far(1 + fraction), near(fraction), near(1 - fraction), far(2 - fraction)};
 }
 
 }  // namespace

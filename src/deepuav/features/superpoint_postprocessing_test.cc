@@ -262,60 +262,78 @@ TEST(PeakRefiner, WithoutSmoothingFitsTheMapItself) {
   EXPECT_NEAR(found.y(), 11.8, 1e-3);
 }
 
-/// Cells that hold a quadratic of their centre's position, which cubic convolution reproduces.
-struct QuadraticCells {
+struct RandomCells {
   static constexpr int kRows = 6, kColumns = 9, kDimension = 20;
 
-  QuadraticCells() {
-    for (int row = 0; row < kRows; ++row) {
-      for (int column = 0; column < kColumns; ++column) {
-        for (int k = 0; k < kDimension; ++k)
-          values.push_back(Value(8 * column + 3.5, 8 * row + 3.5, k));
-      }
+  RandomCells() {
+    Random random(6);
+    for (int i = 0; i < kRows * kColumns * kDimension; ++i) {
+      values.push_back(static_cast<float>(random.Gaussian(1)));
     }
   }
-  static float Value(double x, double y, int k) {
-    const double u = x / 36, v = y / 24;
-    return static_cast<float>(1 + 0.1 * k * u - 0.2 * v * v + 0.05 * (k % 3) * u * u);
+  Eigen::VectorXd At(int row, int column) const {
+    row = std::clamp(row, 0, kRows - 1);
+    column = std::clamp(column, 0, kColumns - 1);
+    return Eigen::Map<const Eigen::VectorXf>(values.data() + (row * kColumns + column) * kDimension,
+                                             kDimension)
+        .cast<double>();
   }
   DescriptorMap View() const { return {values.data(), kRows, kColumns, kDimension}; }
 
   std::vector<float> values;
 };
 
-TEST(SampleDescriptor, InterpolatesBetweenTheCellsCentres) {
-  const QuadraticCells cells;
-  Random random(6);
-  std::vector<float> found(QuadraticCells::kDimension), expected(QuadraticCells::kDimension);
-  for (int i = 0; i < 100; ++i) {
-    const Eigen::Vector2f px(static_cast<float>(random.Uniform(12, 59)),
-                             static_cast<float>(random.Uniform(12, 35)));
-    SampleDescriptor(cells.View(), px, found);
-    for (int k = 0; k < QuadraticCells::kDimension; ++k) {
-      expected[static_cast<size_t>(k)] = QuadraticCells::Value(double{px.x()}, double{px.y()}, k);
+Eigen::VectorXd Sample(const RandomCells& cells, const Eigen::Vector2f& px) {
+  std::vector<float> found(RandomCells::kDimension);
+  SampleDescriptor(cells.View(), px, found);
+  return Eigen::Map<Eigen::VectorXf>(found.data(), RandomCells::kDimension).cast<double>();
+}
+
+TEST(SampleDescriptor, AtACentreIsTheCell) {
+  const RandomCells cells;
+  for (int row = 0; row < RandomCells::kRows; ++row) {
+    for (int column = 0; column < RandomCells::kColumns; ++column) {
+      const Eigen::Vector2f centre(8.0f * static_cast<float>(column) + 3.5f,
+                                   8.0f * static_cast<float>(row) + 3.5f);
+      EXPECT_LT((Sample(cells, centre) - cells.At(row, column).normalized()).norm(), 1e-6);
     }
-    const float norm =
-        Eigen::Map<Eigen::VectorXf>(expected.data(), QuadraticCells::kDimension).norm();
-    for (size_t k = 0; k < expected.size(); ++k) EXPECT_NEAR(found[k], expected[k] / norm, 1e-5);
   }
 }
 
-TEST(SampleDescriptor, IsNormalisedEverywhere) {
-  const QuadraticCells cells;
-  std::vector<float> found(QuadraticCells::kDimension);
-  for (const Eigen::Vector2f& px :
-       {Eigen::Vector2f(0, 0), Eigen::Vector2f(71, 47), Eigen::Vector2f(3.5f, 3.5f),
-        Eigen::Vector2f(71, 0), Eigen::Vector2f(30, 20)}) {
-    SampleDescriptor(cells.View(), px, found);
-    EXPECT_NEAR(Eigen::Map<Eigen::VectorXf>(found.data(), QuadraticCells::kDimension).norm(), 1,
-                1e-6);
+double KeysKernel(double x) {
+  const double a = -0.75, d = std::abs(x);
+  if (d <= 1) return (a + 2) * d * d * d - (a + 3) * d * d + 1;
+  if (d < 2) return a * d * d * d - 5 * a * d * d + 8 * a * d - 4 * a;
+  return 0;
+}
+
+TEST(SampleDescriptor, IsTheCubicConvolution) {
+  const RandomCells cells;
+  Random random(7);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector2f px(static_cast<float>(random.Uniform(-0.5, 71.5)),
+                             static_cast<float>(random.Uniform(-0.5, 47.5)));
+    Eigen::VectorXd expected = Eigen::VectorXd::Zero(RandomCells::kDimension);
+    for (int row = -3; row < RandomCells::kRows + 3; ++row) {
+      for (int column = -3; column < RandomCells::kColumns + 3; ++column) {
+        expected += KeysKernel((px.x() - 3.5) / 8 - column) * KeysKernel((px.y() - 3.5) / 8 - row) *
+                    cells.At(row, column);
+      }
+    }
+    EXPECT_LT((Sample(cells, px) - expected.normalized()).norm(), 1e-5);
   }
+}
+
+TEST(SampleDescriptor, ZeroStaysZero) {
+  RandomCells cells;
+  std::fill(cells.values.begin(), cells.values.end(), 0.0f);
+  EXPECT_EQ(Sample(cells, {20, 20}).norm(), 0);
 }
 
 TEST(SampleDescriptor, ValuesThatAreNotFiniteAreRefused) {
-  QuadraticCells cells;
+  RandomCells cells;
   cells.values[0] = std::numeric_limits<float>::quiet_NaN();
-  std::vector<float> found(QuadraticCells::kDimension);
+  std::vector<float> found(RandomCells::kDimension);
   EXPECT_THROW(SampleDescriptor(cells.View(), {4, 4}, found), Error);
 }
 

@@ -21,6 +21,7 @@ double Bisect(const Coefficients& coefficients, int degree, double low, double h
   const bool positive = Evaluate(coefficients, degree, low) > 0;
   while (high - low > kTolerance * high) {
     const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) break;  // no number between: the root is at zero
     ((Evaluate(coefficients, degree, middle) > 0) == positive ? low : high) = middle;
   }
   return low;

@@ -7,11 +7,15 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
+#include "deepuav/image/encoded_size.h"
 
 namespace deepuav {
 namespace {
 
 using Bytes = std::vector<uint8_t>;
+
+// Beyond any camera: a damaged header that claims more would only exhaust the memory.
+constexpr double kMaxPixels = 200e6;
 
 size_t BigEndian(const Bytes& bytes, size_t at, int count) {
   size_t value = 0;
@@ -89,6 +93,10 @@ GreyImage DecodeGrey(const std::vector<uint8_t>& bytes, const std::string& name)
   if (bytes.empty()) throw Error("image {}: is empty: expected an image", name);
   if (IsTruncated(bytes)) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
+  }
+  if (const auto size = EncodedSize(bytes); size && size->area() > kMaxPixels) {
+    throw Error("image {}: is {:.0f}x{:.0f}: expected at most {:.0f} pixels", name, size->width,
+                size->height, kMaxPixels);
   }
   cv::Mat image;
   try {

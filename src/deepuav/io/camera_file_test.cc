@@ -53,6 +53,17 @@ TEST_F(CameraFileTest, ReadsTheOtherModels) {
   EXPECT_EQ(start.camera.pinhole.fx, 45);
 }
 
+// The search for the fold once did not end where an inner coefficient is zero and the last is not.
+TEST_F(CameraFileTest, ReadsALensWithAZeroCoefficient) {
+  const std::string head = "width: 64\nheight: 48\nfx: 45\nfy: 45\ncx: 31\ncy: 24\n";
+  EXPECT_EQ(
+      Read("model: equidistant\ndistortion: [0.01, 0.001, 0, 0.001]\n" + head).camera.distortion[3],
+      0.001);
+  EXPECT_EQ(Read("model: radial_tangential\ndistortion: [0.01, 0, 0, 0, 0.001]\n" + head)
+                .camera.distortion[4],
+            0.001);
+}
+
 TEST_F(CameraFileTest, AutoMayLeaveEverythingToExif) {
   const CameraFile file = Read("model: auto\nrate_hz: 0.5\n");
   EXPECT_TRUE(file.refine);

@@ -353,7 +353,7 @@ TEST(RealDatasets, Open) {
   EXPECT_NEAR(survey->camera().pinhole.fx, 444.44, 0.01);
   ASSERT_TRUE(survey->Fix(0));
   EXPECT_NEAR(survey->Fix(0)->latitude_deg, 28 + 2 / 60.0 + 28.5116 / 3600, 1e-9);
-  EXPECT_NEAR(survey->Fix(0)->longitude_deg, -(82 + 41 / 60.0 + 54.507 / 3600), 1e-9);
+  EXPECT_NEAR(survey->Fix(0)->longitude_deg, -(82 + 41 / 60.0 + 54.5072 / 3600), 1e-9);
   EXPECT_EQ(survey->Load(171).size(), cv::Size(800, 600));
   for (int i = 1; i < survey->size(); ++i) {
     EXPECT_GT(survey->Time(i), survey->Time(i - 1));

@@ -15,8 +15,8 @@ std::vector<double> ReadCounted(const YamlMap& yaml, const std::string& key, siz
                                 const char* expected) {
   std::vector<double> numbers = yaml.Numbers(key);
   if (numbers.size() != count) {
-    throw Error("{}: {} holds {} numbers: expected {}", yaml.Where(key), key, numbers.size(),
-                expected);
+    throw Error("{}: {} holds {} numbers: expected {}", yaml.Where(key), yaml.Name(key),
+                numbers.size(), expected);
   }
   return numbers;
 }

@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "deepuav/base/error.h"
+#include "deepuav/io/camera_file.h"
 #include "deepuav/io/text_file.h"
 
 namespace deepuav {
@@ -60,18 +61,21 @@ class ImageFileDataset : public Dataset {
 
 std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence) {
   sequence.camera.Check(sequence.calibration_file);
-  const cv::Size size = FirstReadableSize(sequence.frames);
-  CheckSize(sequence.frames.front().file.parent_path().string(), size, sequence.camera,
-            sequence.calibration_file);
+  const SizedImage first = FirstReadable(sequence.frames);
+  if (std::max(first.size.width, first.size.height) > kMaxImageSidePx) {
+    throw Error("{}: image is {}x{}: expected sides of at most {}", first.file.string(),
+                first.size.width, first.size.height, kMaxImageSidePx);
+  }
+  CheckSize(first.file.string(), first.size, sequence.camera, sequence.calibration_file);
   if (sequence.camera.rate_hz == 0) sequence.camera.rate_hz = MedianRateHz(sequence.frames);
   return std::make_unique<ImageFileDataset>(std::move(sequence));
 }
 
-cv::Size FirstReadableSize(const std::vector<ImageFileFrame>& frames) {
+SizedImage FirstReadable(const std::vector<ImageFileFrame>& frames) {
   std::string first_reason = "there is none";
   for (size_t i = 0; i < frames.size(); ++i) {
     try {
-      return LoadGrey(frames[i].file).size();
+      return {frames[i].file, LoadGrey(frames[i].file).size()};
     } catch (const Error& error) {
       if (i == 0) first_reason = error.what();
     }

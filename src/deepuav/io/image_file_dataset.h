@@ -31,9 +31,13 @@ struct ImageFileSequence {
 /// size.
 std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence);
 
-/// The size of the first image that can be read. Throws Error naming the first file when there is
-/// none.
-cv::Size FirstReadableSize(const std::vector<ImageFileFrame>& frames);
+struct SizedImage {
+  std::filesystem::path file;
+  cv::Size size;
+};
+
+/// The first image that can be read. Throws Error naming the first file when there is none.
+SizedImage FirstReadable(const std::vector<ImageFileFrame>& frames);
 
 /// Throws Error unless `time` is later than that of the last frame; `where` is "file:line".
 void CheckGrows(const std::vector<ImageFileFrame>& frames, Timestamp time,

@@ -65,7 +65,7 @@ void ReadCalibration(const fs::path& folder, const DatasetOptions& options,
   const fs::path calibration = folder / "calib.txt";
   if (options.camera_file.empty() && fs::exists(calibration)) {
     sequence->camera.pinhole = ReadKittiCalibration(calibration);
-    const cv::Size size = FirstReadableSize(sequence->frames);
+    const cv::Size size = FirstReadable(sequence->frames).size;
     sequence->camera.width = size.width;
     sequence->camera.height = size.height;
     sequence->calibration_file = calibration.string();

@@ -22,16 +22,17 @@ class Loader {
   explicit Loader(OptionRegistry* options) : options_(options) {}
 
   void Load(const YamlMap& map, const std::string& prefix, int depth) {
-    for (const auto& [key, node] : map.entries()) {
+    for (const auto& [key, field] : map.fields()) {
+      const YAML::Node& value = field.value;
       const std::string name = prefix + key;
-      if (node.IsMap()) {
-        if (depth == kMaxDepth) throw Error("{}: {} nests too deep", map.Where(node), Quoted(name));
-        Load(YamlMap(node, map.file(), name + "."), name + ".", depth + 1);
-      } else if (node.IsScalar()) {
-        Set(name, node.Scalar(), map.Where(node));
-      } else if (!node.IsNull() || !IsSection(name)) {  // a section may be empty
-        throw Error("{}: option {} is {}: expected a value", map.Where(node), Quoted(name),
-                    node.IsNull() ? "empty" : "a list");
+      if (value.IsMap()) {
+        if (depth == kMaxDepth) throw Error("{}: {} nests too deep", field.where, Quoted(name));
+        Load(YamlMap(value, map.file(), name + "."), name + ".", depth + 1);
+      } else if (value.IsScalar()) {
+        Set(name, value.Scalar(), field.where);
+      } else if (!value.IsNull() || !IsSection(name)) {  // a section may be empty
+        throw Error("{}: option {} is {}: expected a value", field.where, Quoted(name),
+                    value.IsNull() ? "empty" : "a list");
       }
     }
   }

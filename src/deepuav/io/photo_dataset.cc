@@ -73,7 +73,7 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
 
 Camera CameraFromExif(const std::vector<Photograph>& photographs,
                       const std::vector<ImageFileFrame>& frames) {
-  const cv::Size size = FirstReadableSize(frames);
+  const cv::Size size = FirstReadable(frames).size;
   const int long_side = std::max(size.width, size.height);
   std::optional<double> focal;
   int differing = 0;

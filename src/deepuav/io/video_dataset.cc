@@ -59,9 +59,12 @@ class VideoDataset : public Dataset {
 void VideoDataset::Open() {
   next_frame_ = 0;
   bool opened = false;
-  try {
-    opened = capture_.open(file_.string());
-  } catch (const cv::Exception&) {
+  // Named, as the others that OpenCV may hold guess at what a file could be and complain on stderr.
+  for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
+    try {
+      opened = opened || capture_.open(file_.string(), backend);
+    } catch (const cv::Exception&) {  // as good as not opened
+    }
   }
   if (!opened)
     throw Error("{}: cannot be opened as a video: expected a container that OpenCV reads",

@@ -46,13 +46,13 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string prefix)
                 prefix_.empty() ? "the file" : prefix_.substr(0, prefix_.size() - 1), KindOf(node));
   }
   for (const auto& entry : node) {
-    if (!entry.first.IsScalar()) {
-      throw Error("{}: a field's name is {}: expected a word", Where(entry.first),
-                  KindOf(entry.first));
-    }
-    if (!entries_.emplace(entry.first.Scalar(), entry.second).second) {
-      throw Error("{}: field {} is given twice", Where(entry.first),
-                  Quoted(prefix_ + entry.first.Scalar()));
+    const YAML::Node& name = entry.first;
+    // The name's line, as an empty value has the next one's.
+    const std::string where = Where(name);
+    if (!name.IsScalar())
+      throw Error("{}: a field's name is {}: expected a word", where, KindOf(name));
+    if (!fields_.emplace(name.Scalar(), Field{entry.second, where}).second) {
+      throw Error("{}: field {} is given twice", where, Quoted(prefix_ + name.Scalar()));
     }
   }
 }
@@ -63,24 +63,23 @@ std::string YamlMap::Where(const YAML::Node& node) const {
 }
 
 std::string YamlMap::Where(const std::string& key) const {
-  const auto found = entries_.find(key);
-  return found == entries_.end() ? file_ : Where(found->second);
+  const auto found = fields_.find(key);
+  return found == fields_.end() ? file_ : found->second.where;
 }
 
-const YAML::Node& YamlMap::Entry(const std::string& key, const char* expected) const {
-  const auto found = entries_.find(key);
-  if (found == entries_.end()) {
+const YamlMap::Field& YamlMap::Find(const std::string& key, const char* expected) const {
+  const auto found = fields_.find(key);
+  if (found == fields_.end()) {
     throw Error("{}: field '{}{}' is missing: expected {}", file_, prefix_, key, expected);
   }
   return found->second;
 }
 
 double YamlMap::Number(const std::string& key) const {
-  const YAML::Node& node = Entry(key, "a number");
-  if (!node.IsScalar()) {
-    throw Error("{}: {}{} is {}: expected a number", Where(node), prefix_, key, KindOf(node));
-  }
-  return ParseFinite(node.Scalar(), Where(node), prefix_ + key);
+  const auto& [value, where] = Find(key, "a number");
+  if (!value.IsScalar())
+    throw Error("{}: {}{} is {}: expected a number", where, prefix_, key, KindOf(value));
+  return ParseFinite(value.Scalar(), where, prefix_ + key);
 }
 
 int YamlMap::Integer(const std::string& key, int low, int high) const {
@@ -93,38 +92,35 @@ int YamlMap::Integer(const std::string& key, int low, int high) const {
 }
 
 std::string YamlMap::Text(const std::string& key) const {
-  const YAML::Node& node = Entry(key, "a word");
-  if (!node.IsScalar()) {
-    throw Error("{}: {}{} is {}: expected a word", Where(node), prefix_, key, KindOf(node));
-  }
-  return node.Scalar();
+  const auto& [value, where] = Find(key, "a word");
+  if (!value.IsScalar())
+    throw Error("{}: {}{} is {}: expected a word", where, prefix_, key, KindOf(value));
+  return value.Scalar();
 }
 
 std::vector<double> YamlMap::Numbers(const std::string& key) const {
-  const YAML::Node& node = Entry(key, "a list of numbers");
-  if (!node.IsSequence()) {
-    throw Error("{}: {}{} is {}: expected a list of numbers", Where(node), prefix_, key,
-                KindOf(node));
+  const auto& [value, where] = Find(key, "a list of numbers");
+  if (!value.IsSequence()) {
+    throw Error("{}: {}{} is {}: expected a list of numbers", where, prefix_, key, KindOf(value));
   }
   std::vector<double> numbers;
-  for (const YAML::Node& item : node) {
+  for (const YAML::Node& item : value) {
     const std::string field = fmt::format("{}{}[{}]", prefix_, key, numbers.size());
-    if (!item.IsScalar()) {
+    if (!item.IsScalar())
       throw Error("{}: {} is {}: expected a number", Where(item), field, KindOf(item));
-    }
     numbers.push_back(ParseFinite(item.Scalar(), Where(item), field));
   }
   return numbers;
 }
 
 YamlMap YamlMap::Map(const std::string& key) const {
-  return YamlMap(Entry(key, "a mapping"), file_, prefix_ + key + ".");
+  return YamlMap(Find(key, "a mapping").value, file_, prefix_ + key + ".");
 }
 
 void YamlMap::RequireKnown(std::span<const std::string> known) const {
-  for (const auto& [key, node] : entries_) {
+  for (const auto& [key, field] : fields_) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    throw Error("{}: unknown field {}: the nearest known one is '{}'", Where(node),
+    throw Error("{}: unknown field {}: the nearest known one is '{}'", field.where,
                 Quoted(prefix_ + key), prefix_ + NearestName(key, known));
   }
 }

@@ -37,6 +37,7 @@ class TemporaryFolder {
   std::filesystem::path Write(const std::string& name, std::string_view text) const {
     const std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());
+    std::filesystem::remove(file);  // overwriting would wait for the disk
     std::ofstream(file, std::ios::binary)
         .write(text.data(), static_cast<std::streamsize>(text.size()));
     return file;

@@ -1,0 +1,398 @@
+#include <sys/resource.h>
+
+#include <cmath>
+#include <functional>
+
+#include "deepuav/base/random.h"
+#include "deepuav/base/time.h"
+#include "deepuav/image/image.h"
+#include "deepuav/io/camera_file.h"
+#include "deepuav/io/dataset.h"
+#include "deepuav/io/euroc_sensor.h"
+#include "deepuav/io/exif.h"
+#include "deepuav/io/kitti_calibration.h"
+#include "deepuav/io/options_file.h"
+#include "deepuav/io/testing/io_test_support.h"
+#include "deepuav/io/trajectory.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+using Strings = std::vector<std::string>;
+
+constexpr uint64_t kSeed = 20240517;
+constexpr double kMaxSecondsPerInput = 10;  // a hang, even on a busy machine under a sanitizer
+constexpr int64_t kMaxMemoryGrowthKiB = 1 << 20;  // of the whole run
+constexpr size_t kMaxInputBytes = 1 << 16;
+
+// What has broken parsers of numbers, text and YAML before.
+const Strings& Tokens() {
+  static const Strings tokens = {"1e9",
+                                 "-1",
+                                 "0",
+                                 "nan",
+                                 "-inf",
+                                 ".nan",
+                                 "1e999",
+                                 "1e-999",
+                                 "99999999999999999999999999999999",
+                                 "-9223372036854775808",
+                                 "9223372036.854775807",
+                                 "2147483648",
+                                 "0x7fffffff",
+                                 "1e2147483647",
+                                 "1e-2147483648",
+                                 std::string(400, '9'),
+                                 std::string(2000, '['),
+                                 std::string(2000, '{'),
+                                 std::string(300, '-') + " ",
+                                 "&a ",
+                                 "*a",
+                                 "&a [*a, *a]",
+                                 "<<: ",
+                                 "? ",
+                                 "!!binary ",
+                                 "---\n",
+                                 "%YAML 9.9\n",
+                                 "|\n",
+                                 "\"",
+                                 "'",
+                                 ":",
+                                 ": ",
+                                 ",",
+                                 ",,,,,,,,,,",
+                                 "#",
+                                 "\r",
+                                 "\n",
+                                 "\t",
+                                 std::string(1, '\0'),
+                                 "\xEF\xBB\xBF",
+                                 "\xff\xfe",
+                                 "\xff\xd8\xff",
+                                 "../../../../",
+                                 "/dev/null",
+                                 "~",
+                                 "null"};
+  return tokens;
+}
+
+/// Damages inputs: reproducible by the seed.
+class Mutator {
+ public:
+  explicit Mutator(const Strings* seeds) : random_(kSeed), seeds_(seeds) {}
+
+  std::string Next() {
+    std::string input = AnySeed();
+    for (int left = 1 + random_.Index(4); left > 0; --left) Mutate(&input);
+    if (input.size() > kMaxInputBytes) input.resize(kMaxInputBytes);
+    return input;
+  }
+
+ private:
+  const std::string& AnySeed() {
+    return (*seeds_)[static_cast<size_t>(random_.Index(static_cast<int>(seeds_->size())))];
+  }
+  size_t Position(const std::string& input) {
+    return static_cast<size_t>(random_.Index(static_cast<int>(input.size()) + 1));
+  }
+  // A stretch of up to `longest` bytes.
+  std::pair<size_t, size_t> Stretch(const std::string& input, int longest) {
+    const size_t start = Position(input);
+    return {start, std::min(static_cast<size_t>(random_.Index(longest)), input.size() - start)};
+  }
+
+  void Mutate(std::string* input) {
+    switch (random_.Index(9)) {
+      case 0:
+        return FlipBytes(input);
+      case 1:
+        input->resize(Position(*input));
+        return;
+      case 2: {
+        const auto [start, length] = Stretch(*input, 64);
+        input->erase(start, length);
+        return;
+      }
+      case 3: {
+        const auto [start, length] = Stretch(*input, 256);
+        input->insert(Position(*input), input->substr(start, length));
+        return;
+      }
+      case 4: {
+        const std::string& other = AnySeed();
+        const size_t cut = Position(*input);
+        *input = input->substr(0, cut) + other.substr(Position(other));
+        return;
+      }
+      case 5:
+        input->insert(Position(*input), AnyToken());
+        return;
+      case 6:
+        return ReplaceNumber(input);
+      case 7:
+        return MoveLine(input);
+      default:
+        return FlipBytes(input);
+    }
+  }
+
+  const std::string& AnyToken() {
+    return Tokens()[static_cast<size_t>(random_.Index(static_cast<int>(Tokens().size())))];
+  }
+
+  void FlipBytes(std::string* input) {
+    for (int left = 1 + random_.Index(8); left > 0 && !input->empty(); --left) {
+      const size_t at = Position(*input) % input->size();
+      constexpr char kInteresting[] = {'\0', '\x7f', '\x80', '\xff', '-', '9'};
+      const bool random_byte = random_.Index(2) == 0;
+      (*input)[at] =
+          random_byte ? static_cast<char>(random_.Index(256)) : kInteresting[random_.Index(6)];
+    }
+  }
+
+  void ReplaceNumber(std::string* input) {
+    const size_t start = input->find_first_of("0123456789", Position(*input));
+    if (start == std::string::npos) return;
+    const size_t end = std::min(input->find_first_not_of("0123456789.eE+-", start), input->size());
+    input->replace(start, end - start, AnyToken());
+  }
+
+  void MoveLine(std::string* input) {
+    const size_t start = std::min(input->find('\n', Position(*input)), input->size());
+    const size_t end = std::min(input->find('\n', start + 1), input->size());
+    const std::string line = input->substr(start, end - start);
+    if (random_.Index(2) == 0) input->erase(start, end - start);
+    if (random_.Index(2) == 0) input->insert(Position(*input), line);
+  }
+
+  Random random_;
+  const Strings* seeds_;
+};
+
+int64_t PeakMemoryKiB() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+/// Feeds `count` damaged seeds to `read`, which must return or throw Error with one line, soon and
+/// in little memory. Some must be refused, and the seeds themselves must pass.
+void Fuzz(const Strings& seeds, int count, const std::function<void(const std::string&)>& read) {
+  for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
+  const int64_t memory_before = PeakMemoryKiB();
+  Mutator mutator(&seeds);
+  int refused = 0;
+  for (int i = 0; i < count && !::testing::Test::HasFailure(); ++i) {
+    const std::string input = mutator.Next();
+    const Stopwatch watch;
+    try {
+      read(input);
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos)
+          << "input " << i << ": " << error.what();
+    } catch (const std::exception& exception) {
+      ADD_FAILURE() << "input " << i << ": not an Error: " << exception.what();
+    }
+    EXPECT_LT(watch.Seconds(), kMaxSecondsPerInput) << "input " << i;
+    EXPECT_LT(PeakMemoryKiB() - memory_before, kMaxMemoryGrowthKiB) << "input " << i;
+  }
+  EXPECT_GT(refused, count / 20);
+}
+
+void CheckCamera(const Camera& camera) {
+  EXPECT_GT(camera.width, 0);
+  EXPECT_LE(camera.width, kMaxImageSidePx);
+  EXPECT_LE(camera.height, kMaxImageSidePx);
+  EXPECT_TRUE(std::isfinite(camera.pinhole.fx) && camera.pinhole.fx > 0);
+  for (const double coefficient : camera.distortion) EXPECT_TRUE(std::isfinite(coefficient));
+}
+
+void CheckTrajectory(const Trajectory& trajectory) {
+  EXPECT_FALSE(trajectory.empty());
+  for (size_t i = 0; i < trajectory.size(); ++i) {
+    EXPECT_TRUE(trajectory[i].world_from_cam.Matrix().allFinite());
+    EXPECT_TRUE(i == 0 || trajectory[i - 1].time < trajectory[i].time);
+  }
+}
+
+class ReaderFuzzTest : public ::testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReaderFuzzTest, CameraFile) {
+  const std::string plain(kTestCameraYaml);
+  const std::string equidistant =
+      "model: equidistant\nwidth: 64\nheight: 48\nfx: 45\nfy: 45\ncx: 31\ncy: 24\ndistortion: "
+      "[0.01, 0.001, 0, 0]\n";
+  Fuzz({plain, equidistant, "model: auto\nrate_hz: 2\n"}, 5000, [&](const std::string& input) {
+    const CameraFile file = ReadCameraFile(folder_.Write("camera.yaml", input));
+    if (file.has_intrinsics) CheckCamera(file.camera);
+  });
+}
+
+TEST_F(ReaderFuzzTest, SensorFile) {
+  Fuzz({std::string(kTestSensorYaml)}, 5000, [&](const std::string& input) {
+    const EurocSensor sensor = ReadEurocSensor(folder_.Write("sensor.yaml", input));
+    CheckCamera(sensor.camera);
+    EXPECT_TRUE(sensor.body_from_cam.Matrix().allFinite());
+  });
+}
+
+TEST_F(ReaderFuzzTest, EurocFrameList) {
+  folder_.Write("mav0/cam0/sensor.yaml", kTestSensorYaml);
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) {
+    folder_.Write("mav0/cam0/data/" + std::string(name), EncodedImage(64, 48, 1));
+  }
+  Fuzz({"#timestamp [ns],filename\r\n1403636579763555584,a.jpg\r\n1403636579813555456,b.jpg\r\n"
+        "1403636579863555584,c.jpg\r\n"},
+       4000, [&](const std::string& input) {
+         folder_.Write("mav0/cam0/data.csv", input);
+         const auto dataset = OpenDataset(folder_.path());
+         EXPECT_GT(dataset->size(), 0);
+       });
+}
+
+TEST_F(ReaderFuzzTest, TumFrameList) {
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) {
+    folder_.Write("rgb/" + std::string(name), EncodedImage(64, 48, 1));
+  }
+  Fuzz({"# timestamp filename\n1305031102.175304 rgb/a.jpg\n1305031102.211214 rgb/b.jpg\n1.4e9 "
+        "rgb/c.jpg\n"},
+       4000, [&](const std::string& input) {
+         folder_.Write("rgb.txt", input);
+         const auto dataset = OpenDataset(folder_.path());
+         EXPECT_GT(dataset->size(), 0);
+       });
+}
+
+TEST_F(ReaderFuzzTest, KittiTimes) {
+  folder_.Write("calib.txt", "P0: 45.5 0 31.25 0 0 46.5 24.75 0 0 0 1 0\n");
+  folder_.Write("image_0/000000.jpg", EncodedImage(64, 48, 1));
+  folder_.Write("image_0/000001.jpg", EncodedImage(64, 48, 1));
+  Fuzz({"0.000000e+00\n1.036224e-01\n2.072e-01\n3.1e-1\n"}, 4000, [&](const std::string& input) {
+    folder_.Write("times.txt", input);
+    const auto dataset = OpenDataset(folder_.path());
+    EXPECT_GE(dataset->size(), 2);
+  });
+}
+
+TEST_F(ReaderFuzzTest, KittiCalibration) {
+  const std::string first =
+      "P0: 7.188560e+02 0 6.071928e+02 0 0 7.188560e+02 1.852157e+02 0 0 0 1 0\n";
+  Fuzz({first, first + "P1: 1 2 3\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n"}, 5000,
+       [&](const std::string& input) {
+         const Pinhole pinhole = ReadKittiCalibration(folder_.Write("calib.txt", input));
+         EXPECT_TRUE(std::isfinite(pinhole.fx) && std::isfinite(pinhole.cy));
+       });
+}
+
+TEST_F(ReaderFuzzTest, Trajectories) {
+  const Strings seeds = {
+      "# tum\n1403636584.763555584 1 2 3 0 0 1 0\n1.4036365848e+09 -1.5 2e-3 +3 0 0 0 "
+      "1\n1403636585 0 0 0 0.6 0 0 0.8\n",
+      "#euroc\n1403636580838555648,4.6,-1.7,0.7,0,0,0,1,-0.02,0.03,0.8,-0.003,0.02\n"
+      "1403636580843555328, 4.6,-1.7,0.7,1,0,0,0,-0.02,0.03,0.8,-0.003,0.02\n",
+      "1 0 0 1.5 0 1 0 2.5 0 0 1 3.5\n0 -1 0 4 1 0 0 5 0 0 1 6\n"};
+  Fuzz(seeds, 8000, [&](const std::string& input) {
+    CheckTrajectory(ReadTrajectory(folder_.Write("trajectory.txt", input)));
+  });
+}
+
+TEST_F(ReaderFuzzTest, TrajectoryTimes) {
+  const fs::path poses =
+      folder_.Write("poses.txt", "1 0 0 1 0 1 0 2 0 0 1 3\n0 -1 0 4 1 0 0 5 0 0 1 6\n");
+  Fuzz({"0\n1.5e-1\n", "1403636584.763555584\n1403636584.8\n"}, 4000,
+       [&](const std::string& input) {
+         CheckTrajectory(ReadTrajectory(poses, folder_.Write("times.txt", input)));
+       });
+}
+
+struct FuzzedOptions {
+  int keypoints = 800;
+  double parallax_deg = 1.5;
+  bool refine = true;
+  std::string features = "superpoint";
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("keypoints", keypoints, "", "");
+    visit("parallax_deg", parallax_deg, "deg", "");
+    visit("refine", refine, "", "");
+    visit("features", features, "", "");
+  }
+};
+
+TEST_F(ReaderFuzzTest, OptionsFile) {
+  FuzzedOptions tracking, mapping;
+  OptionRegistry registry;
+  registry.Add("tracking", &tracking);
+  registry.Add("mapping.local", &mapping);
+  Fuzz({OptionsAsYaml(registry), "tracking.keypoints: 5\nmapping: {local: {refine: no}}\n"}, 5000,
+       [&](const std::string& input) {
+         LoadOptionsFile(folder_.Write("options.yaml", input), &registry);
+       });
+}
+
+TestExif FullExif() {
+  return {.model = "FC300S",
+          .time = "2018:04:29 12:06:46",
+          .subsecond = "25",
+          .focal_length_mm = 3.61,
+          .focal_length_35mm = 20,
+          .focal_plane_x_px_per_inch = 10000,
+          .pixel_x_dimension = 4000,
+          .latitude_deg = 28.04,
+          .longitude_deg = -82.7,
+          .altitude_m = -5.7};
+}
+
+TEST_F(ReaderFuzzTest, Exif) {
+  const Strings seeds = {Photograph(16, 16, 1, FullExif()), PngPhotograph(16, 16, 1, FullExif()),
+                         ExifBlockBytes(FullExif())};
+  for (const std::string& seed : seeds) {
+    ASSERT_TRUE(ParseExif({reinterpret_cast<const uint8_t*>(seed.data()), seed.size()}).fix);
+  }
+  // Damaged EXIF is no error: it is as if it were not there.
+  int without_fix = 0;
+  Mutator mutator(&seeds);
+  for (int i = 0; i < 20000; ++i) {
+    const std::string input = mutator.Next();
+    const PhotoExif exif =
+        ParseExif({reinterpret_cast<const uint8_t*>(input.data()), input.size()});
+    if (exif.fix) {
+      ASSERT_LE(std::abs(exif.fix->latitude_deg), 90);
+      ASSERT_LE(std::abs(exif.fix->longitude_deg), 180);
+    } else {
+      ++without_fix;
+    }
+    const double focal_px = FocalLengthPx(exif, 800).value_or(1);
+    ASSERT_TRUE(std::isfinite(focal_px) && focal_px > 0);
+  }
+  EXPECT_GT(without_fix, 1000);
+}
+
+TEST_F(ReaderFuzzTest, PhotographFolder) {
+  Fuzz({Photograph(64, 48, 1, FullExif()), PngPhotograph(64, 48, 1, FullExif())}, 1500,
+       [&](const std::string& input) {
+         folder_.Write("a.jpg", input);
+         const auto dataset = OpenDataset(folder_.path());
+         CheckCamera(dataset->camera());
+         EXPECT_EQ(dataset->Load(0).cols, dataset->camera().width);
+       });
+}
+
+TEST_F(ReaderFuzzTest, ImageDecoder) {
+  const Strings seeds = {EncodedImage(64, 48, 1), EncodedImage(64, 48, 1, ".png"),
+                         EncodedImage(64, 48, 1, ".tif"), Photograph(40, 24, 2, FullExif())};
+  Fuzz(seeds, 10000, [](const std::string& input) {
+    const GreyImage image = DecodeGrey({input.begin(), input.end()}, "image");
+    EXPECT_FALSE(image.empty());
+  });
+}
+
+}  // namespace
+}  // namespace deepuav
