@@ -10,6 +10,7 @@
 #include "deepuav/features/superpoint.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/matching/superglue.h"
 #include "progress_bar.h"
 #include "run_output.h"
 
@@ -32,17 +33,36 @@ struct RunArguments {
   FrameRange range;
 };
 
+/// Which matcher finds the key points of one image in another without knowing their poses.
+struct MatcherChoice {
+  std::string method = "nearest";
+
+  void Check() const {
+    if (method != "nearest" && method != "superglue") {
+      throw Error("option matching.method is '{}': expected nearest or superglue", method);
+    }
+  }
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("method", method, "", "nearest (neighbours in descriptor space) or superglue (a network)");
+  }
+};
+
 /// All options of a run.
 struct RunOptions {
   SuperPointOptions features;
   InferenceOptions inference;
+  MatcherChoice matcher;
   NearestNeighbourOptions matching;
+  SuperGlueOptions superglue;
   SystemOptions system;
 
   void Register(OptionRegistry* registry) {
     registry->Add("features", &features);
     registry->Add("inference", &inference);
+    registry->Add("matching", &matcher);
     registry->Add("matching", &matching);
+    registry->Add("superglue", &superglue);
     RegisterOptions(&system, registry);
   }
 };
@@ -65,6 +85,13 @@ std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
   return texts;
 }
 
+std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera) {
+  if (options.matcher.method == "superglue") {
+    return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue, options.inference);
+  }
+  return std::make_unique<NearestNeighbourMatcher>(options.matching);
+}
+
 void MakeOutputFolder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -78,6 +105,7 @@ void Run(const RunArguments& arguments) {
   OptionRegistry registry;
   options.Register(&registry);
   ReadOptions(arguments, &registry);
+  options.matcher.Check();
   options.system.Check();
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
@@ -85,13 +113,13 @@ void Run(const RunArguments& arguments) {
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
   SuperPoint extractor(dataset->camera(), options.features, options.inference);
-  NearestNeighbourMatcher matcher(options.matching);
-  Slam slam(dataset->camera(), options.system, &extractor, &matcher);
+  const std::unique_ptr<Matcher> matcher = MakeMatcher(options, dataset->camera());
+  Slam slam(dataset->camera(), options.system, &extractor, matcher.get());
 
   std::signal(SIGINT, RememberSignal);
   std::signal(SIGTERM, RememberSignal);
   RunFacts facts{arguments.dataset, dataset->Kind(), arguments.schedule, extractor.Description(),
-                 matcher.Description(), images.count(), 0, 0, 0, OptionTexts(registry)};
+                 matcher->Description(), images.count(), 0, 0, 0, OptionTexts(registry)};
   ProgressBar bar(images.count());
   const auto show_progress = [&](const FrameRecord& record) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
@@ -101,7 +129,7 @@ void Run(const RunArguments& arguments) {
   const SlamResult result = slam.Run(&images, schedule, show_progress, [] { return signal_received != 0; });
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
-  WriteRunOutput(arguments.out, slam.atlas(), result, facts);
+  WriteRunOutput(arguments.out, slam.atlas(), dataset->camera(), result, facts);
   std::cout << DescribeRun(slam.atlas(), result, facts);
   if (!result.failure.empty()) throw Error("{} (what was computed is in {})", result.failure, arguments.out);
   if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/map_file.h"
 #include "deepuav/io/point_cloud.h"
 #include "deepuav/io/trajectory.h"
 
@@ -133,8 +134,8 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
 
 }  // namespace
 
-void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const SlamResult& result,
-                    const RunFacts& facts) {
+void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
+                    const SlamResult& result, const RunFacts& facts) {
   const MapId main = MainMap(FramesByMap(atlas, result));
   WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main));
   WriteTrajectory(folder / "keyframes.txt", main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
@@ -143,6 +144,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
     if (map.id() == main) continue;
     WriteTrajectory(folder / fmt::format("trajectory-map-{}.txt", map.id().value), FrameTrajectory(result, map.id()));
   }
+  WriteMapFile(folder / "map.deepuav", atlas, camera);
   WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
   WriteFileAtomically(folder / "summary.json", Summary(atlas, result, facts).dump(2) + "\n");
 }

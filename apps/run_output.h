@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "deepuav/geometry/camera.h"
 #include "deepuav/system/slam.h"
 
 namespace deepuav {
@@ -21,8 +22,8 @@ struct RunFacts {
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav, timings.csv, summary.json. The
 /// first three hold the map in which most frames lie; the frames of another map N go into trajectory-map-N.txt. Each
 /// file appears only once it is complete. Throws Error naming a file that cannot be written.
-void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const SlamResult& result,
-                    const RunFacts& facts);
+void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
+                    const SlamResult& result, const RunFacts& facts);
 
 /// A few lines on how the run went, for a person.
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts);

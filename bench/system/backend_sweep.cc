@@ -139,6 +139,10 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     fmt::print("   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m\n", map.id().value, trajectory.size(),
                map.KeyframeCount(), map.LandmarkCount(), ate);
   }
+  int shown = 0;
+  for (const FrameRecord& record : result.frames) {
+    if (!record.located() && shown++ < 5) fmt::print("   frame {} has no pose: {}\n", record.id.value, record.reason);
+  }
   fmt::print("   {:.1f} s\n", running.Seconds());
   std::fflush(stdout);
 }

@@ -18,6 +18,28 @@ void CheckDimensions(int found, int expected) {
 
 }  // namespace
 
+Descriptors Descriptors::FromStored(int dimension, std::vector<int8_t> values,
+                                    std::vector<float> scales) {
+  if (dimension < 1) throw Error("descriptors of dimension {}: expected at least 1", dimension);
+  if (values.size() != scales.size() * static_cast<size_t>(dimension)) {
+    throw Error("{} values of descriptors: expected {} rows of {}", values.size(), scales.size(),
+                dimension);
+  }
+  if (std::find(values.begin(), values.end(), INT8_MIN) != values.end()) {
+    throw Error("a descriptor has the value -128: expected -127 to 127");
+  }
+  for (size_t i = 0; i < scales.size(); ++i) {
+    if (!std::isfinite(scales[i]) || scales[i] < 0) {
+      throw Error("descriptor {} has the scale {}: expected a finite one, not negative", i,
+                  scales[i]);
+    }
+  }
+  Descriptors descriptors(dimension);
+  descriptors.values_ = std::move(values);
+  descriptors.scales_ = std::move(scales);
+  return descriptors;
+}
+
 void Descriptors::Reserve(int rows) {
   values_.reserve(static_cast<size_t>(rows) * static_cast<size_t>(dimension_));
   scales_.reserve(static_cast<size_t>(rows));

@@ -13,6 +13,11 @@ class Descriptors {
  public:
   explicit Descriptors(int dimension = 256) : dimension_(dimension) {}
 
+  /// Restores what stored_values() and scales() gave. Throws Error where the sizes do not agree, for
+  /// the value -128, which never occurs, and for a scale negative or not finite.
+  static Descriptors FromStored(int dimension, std::vector<int8_t> values,
+                                std::vector<float> scales);
+
   int size() const { return static_cast<int>(scales_.size()); }
   int dimension() const { return dimension_; }
   void Reserve(int rows);
@@ -33,6 +38,10 @@ class Descriptors {
   /// All similarities, row-major: out[i * other.size() + j]. `out` has size() * other.size()
   /// elements.
   void SimilarityMatrix(const Descriptors& other, std::span<float> out) const;
+
+  /// Row-major, size() x dimension(), in -127..127; row i times scales()[i] is descriptor i.
+  std::span<const int8_t> stored_values() const { return values_; }
+  std::span<const float> scales() const { return scales_; }
 
  private:
   int dimension_;

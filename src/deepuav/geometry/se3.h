@@ -28,6 +28,14 @@ class SE3 {
   SE3(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
       : SE3(Eigen::Quaterniond(rotation), translation) {}
 
+  /// Restores a saved pose to the bit: `unit_rotation` is what rotation() gave, and not normalised again.
+  static SE3 FromUnit(const Eigen::Quaterniond& unit_rotation, const Eigen::Vector3d& translation) {
+    SE3 pose;
+    pose.rotation_ = unit_rotation;
+    pose.translation_ = translation;
+    return pose;
+  }
+
   /// Exponential of the twist [translation part; rotation vector].
   static SE3 Exp(const Vector6d& twist);
   Vector6d Log() const;

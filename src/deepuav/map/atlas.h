@@ -17,6 +17,7 @@ class Atlas {
   const Map& At(MapId id) const { return maps_.at(static_cast<size_t>(id.value)); }
   const std::deque<Map>& maps() const { return maps_; }
   IdSource& ids() { return ids_; }
+  const IdSource& ids() const { return ids_; }
 
  private:
   std::deque<Map> maps_;

@@ -23,4 +23,10 @@ struct Keyframe {
   int LandmarkCount() const;
 };
 
+/// Where a removed keyframe was, seen from one that stayed on then.
+struct CulledPose {
+  KeyframeId parent;
+  SE3 cam_from_parent;
+};
+
 }  // namespace deepuav

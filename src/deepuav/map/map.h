@@ -18,12 +18,17 @@ struct IdSource {
   int64_t keyframes = 0, landmarks = 0;
 };
 
+struct MapState;
+
 /// Keyframes and landmarks that observe one another, the covisibility graph and the spanning tree. Every change goes
 /// through it, so that both sides of an observation and the covisibility weights always agree. Thread-compatible: one
 /// writer, the Mapper; others get copies.
 class Map {
  public:
   explicit Map(MapId id) : id_(id) {}
+  /// A map from what was saved of it. Throws Error naming the keyframe or landmark where the parts contradict one
+  /// another, so that a restored map can be relied on as any other.
+  static Map Restore(MapState state);
 
   MapId id() const { return id_; }
   int KeyframeCount() const { return keyframes_.size(); }
@@ -31,6 +36,10 @@ class Map {
 
   const IdStore<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   const IdStore<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
+  /// Of the keyframes that were removed.
+  const std::map<KeyframeId, CulledPose>& culled() const { return culled_; }
+  /// What landmarks were replaced by, which may have been removed or replaced since.
+  const std::map<LandmarkId, LandmarkId>& merged_into() const { return merged_into_; }
   bool Contains(KeyframeId id) const { return keyframes_.Contains(id); }
   bool Contains(LandmarkId id) const { return landmarks_.Contains(id); }
   const Keyframe& At(KeyframeId id) const { return keyframes_.At(id); }
@@ -80,17 +89,15 @@ class Map {
   double MedianDepth(KeyframeId id) const;
 
  private:
-  struct Culled {
-    KeyframeId parent;
-    SE3 cam_from_parent;
-  };
+  void RestoreLandmark(Landmark landmark);
+  void RestoreCovisibility();
   void ShiftCovisibility(const Landmark& landmark, KeyframeId keyframe, int change);
   void Reparent(const Keyframe& removed);
 
   MapId id_;
   IdStore<KeyframeId, Keyframe> keyframes_;
   IdStore<LandmarkId, Landmark> landmarks_;
-  std::map<KeyframeId, Culled> culled_;
+  std::map<KeyframeId, CulledPose> culled_;
   std::map<LandmarkId, LandmarkId> merged_into_;
 };
 

@@ -23,7 +23,8 @@ std::vector<Match> MatchEpipolar(const Features& a, const std::vector<int>& keyp
                                  const EpipolarOptions& options) {
   const Eigen::Matrix3f fundamental = FundamentalFromPose(pinhole, b_from_a).cast<float>();
   const Eigen::Vector3d centre_a = b_from_a.translation();
-  const bool epipole_seen = centre_a.z() > 0;
+  // Behind camera b too: points near the line through both cameras have no parallax either way.
+  const bool epipole_seen = centre_a.z() != 0;
   const Eigen::Vector2f epipole =
       epipole_seen ? pinhole.Project(centre_a).cast<float>() : Eigen::Vector2f::Zero().eval();
   const auto max_distance = static_cast<float>(options.max_distance_px);
@@ -40,7 +41,8 @@ std::vector<Match> MatchEpipolar(const Features& a, const std::vector<int>& keyp
     Eigen::Vector3f line = fundamental * a.keypoints[static_cast<size_t>(keypoints_a[i])].px.homogeneous();
     line /= line.head<2>().norm();
     for (size_t j = 0; j < keypoints_b.size(); ++j) {
-      if (std::abs(line.dot(pixels_b[j].homogeneous())) > max_distance || !usable_b[j]) continue;
+      const float distance_px = std::abs(line.dot(pixels_b[j].homogeneous()));
+      if (!(distance_px <= max_distance) || !usable_b[j]) continue;  // not a number: there is no line
       const float similarity = a.descriptors.Similarity(keypoints_a[i], b.descriptors, keypoints_b[j]);
       best_of_a[i].Offer(static_cast<int>(j), similarity);
       best_of_b[j].Offer(static_cast<int>(i), similarity);

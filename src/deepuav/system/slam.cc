@@ -89,7 +89,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       const std::optional<Frame> frame = feed->Next();
       if (!frame) break;
       result->frames.push_back(Process(*frame, mapping, live));
-      DropOldFeatures(&result->frames);
+      LimitUnlocated(&result->frames);
       if (progress) progress(result->frames.back());
     }
     if (keyframe_under_way_) mapping->Collect();
@@ -129,9 +129,12 @@ void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) 
   keyframe_under_way_.reset();
 }
 
-void Slam::DropOldFeatures(std::vector<FrameRecord>* records) const {
-  const auto kept = static_cast<size_t>(options_.max_unlocated_frames);
-  if (records->size() > kept) (*records)[records->size() - 1 - kept].features.reset();
+void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
+  if (records->back().located()) return;
+  unlocated_.push_back(records->size() - 1);
+  if (static_cast<int>(unlocated_.size()) <= options_.max_unlocated_frames) return;
+  (*records)[unlocated_.front()].features.reset();
+  unlocated_.pop_front();
 }
 
 void Slam::Finish(std::vector<FrameRecord>* records) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -77,7 +78,8 @@ class Slam {
                   const std::function<bool()>& stop, SlamResult* result);
   FrameRecord Process(const Frame& frame, MappingLane* mapping, bool live);
   void CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live);
-  void DropOldFeatures(std::vector<FrameRecord>* records) const;
+  /// Lets go of the oldest features kept for frames without a pose, once there are too many.
+  void LimitUnlocated(std::vector<FrameRecord>* records);
   void Finish(std::vector<FrameRecord>* records);
 
   const Camera camera_;
@@ -89,6 +91,7 @@ class Slam {
   Mapper mapper_;
   Tracker tracker_;
   std::optional<FrameId> keyframe_under_way_;
+  std::deque<size_t> unlocated_;  ///< Records that keep their features, by growing index.
 };
 
 }  // namespace deepuav

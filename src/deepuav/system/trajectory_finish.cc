@@ -71,7 +71,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   }
   const auto local_map = MakeLocalMap(map, prior.reference, local_map_options_);
   const Frame frame{record->id, record->time, record->features};
-  const auto located = locator_->Locate(frame, *local_map, prior);
+  const auto located = locator_->Locate(frame, *local_map, prior, &record->reason);
   if (!located) return false;
 
   const LocalKeyframe& reference = local_map->keyframes[static_cast<size_t>(located->reference)];

@@ -15,8 +15,10 @@ class MotionModel {
   /// Takes the pose of the newest tracked frame.
   void Update(Timestamp time, const SE3& cam_from_world);
 
-  /// The newest pose was corrected, the velocity stays.
-  void Correct(const SE3& cam_from_world) { last_cam_from_world_ = cam_from_world; }
+  /// The newest pose, if there is one, was corrected; the velocity stays.
+  void Correct(const SE3& cam_from_world) {
+    if (last_cam_from_world_) last_cam_from_world_ = cam_from_world;
+  }
 
   /// The pose at `time`; the newest pose where no velocity is known yet; nothing before the first Update.
   std::optional<SE3> Predict(Timestamp time) const;

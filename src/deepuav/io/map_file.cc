@@ -1,0 +1,142 @@
+#include "deepuav/io/map_file.h"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "deepuav/base/error.h"
+#include "deepuav/io/map_sections.h"
+#include "deepuav/io/section_file.h"
+
+namespace deepuav {
+namespace {
+
+constexpr std::string_view kMagic = "\x89UAVMAP\n";
+constexpr uint32_t kVersion = 1;
+constexpr SectionKind kAtlas = {'A', 'T', 'L', 'S'};
+constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
+constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
+
+// A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
+// more than any run uses, yet cost little.
+constexpr uint64_t kFreeIds = uint64_t{1} << 24;
+
+class AtlasReader {
+ public:
+  explicit AtlasReader(const std::filesystem::path& file) : sections_(file, kMagic, kVersion) {}
+
+  LoadedAtlas Read() {
+    head_ = GetAtlasHead(sections_.Read(kAtlas));
+    LoadedAtlas loaded;
+    loaded.camera = head_.camera;
+    loaded.atlas.ids() = head_.ids;
+    for (uint64_t i = 0; i < head_.maps; ++i) {
+      MapState state = ReadMap();
+      if (state.id != loaded.atlas.NextMap()) {
+        throw Error("map {}: expected map {}", state.id.value, loaded.atlas.NextMap().value);
+      }
+      loaded.atlas.Add(Map::Restore(std::move(state)));
+    }
+    sections_.ExpectEnd();
+    CheckUnique(&keyframes_, "keyframe");
+    CheckUnique(&landmarks_, "landmark");
+    return loaded;
+  }
+
+ private:
+  MapState ReadMap() {
+    MapState state = GetMap(sections_.Read(kMap));
+    for (Keyframe& keyframe : state.keyframes) {
+      keyframe.frame.features =
+          std::make_shared<const Features>(GetFeatures(keyframe.id, sections_.Read(kFeatures)));
+    }
+    CheckIds(state);
+    return state;
+  }
+
+  void CheckIds(const MapState& state) {
+    CollectIds(state.keyframes, head_.ids.keyframes, "keyframe", &keyframes_);
+    CollectIds(state.landmarks, head_.ids.landmarks, "landmark", &landmarks_);
+    for (const auto& [id, culled] : state.culled) CheckGiven(id, head_.ids.keyframes, "keyframe");
+    for (const auto& [from, into] : state.merged_into) {
+      CheckGiven(from, head_.ids.landmarks, "landmark");
+      CheckGiven(into, head_.ids.landmarks, "landmark");
+    }
+    for (const Landmark& landmark : state.landmarks) {
+      CheckGiven(landmark.created_by, head_.ids.keyframes, "keyframe");
+    }
+  }
+
+  template <typename Thing, typename IdType>
+  void CollectIds(const std::vector<Thing>& things, int64_t given, const char* kind,
+                  std::vector<IdType>* ids) {
+    if (given < 0) throw Error("{} {}s were numbered: expected 0 or more", given, kind);
+    IdType largest;
+    for (const Thing& thing : things) {
+      CheckGiven(thing.id, given, kind);
+      largest = std::max(largest, thing.id);
+      ids->push_back(thing.id);
+    }
+    id_slots_ += static_cast<uint64_t>(largest.value + 1);
+    const uint64_t most = kFreeIds + sections_.content_bytes();
+    const uint64_t found = std::max(id_slots_, static_cast<uint64_t>(given));
+    if (found > most) {
+      throw Error("{} {}s were numbered: expected at most {} in a file of this size", found, kind,
+                  most);
+    }
+  }
+
+  template <typename IdType>
+  static void CheckGiven(IdType id, int64_t given, const char* kind) {
+    if (id.value < -1 || id.value >= given) {
+      throw Error("{} {}: expected fewer than the {} that were numbered", kind, id.value, given);
+    }
+  }
+
+  template <typename IdType>
+  static void CheckUnique(std::vector<IdType>* ids, const char* kind) {
+    std::sort(ids->begin(), ids->end());
+    const auto twice = std::adjacent_find(ids->begin(), ids->end());
+    if (twice != ids->end()) {
+      throw Error("{} {} is in two maps: expected it in one", kind, twice->value);
+    }
+  }
+
+  SectionReader sections_;
+  AtlasHead head_;
+  std::vector<KeyframeId> keyframes_;  ///< Of all maps read so far.
+  std::vector<LandmarkId> landmarks_;
+  uint64_t id_slots_ = 0;
+};
+
+}  // namespace
+
+void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera) {
+  SectionWriter sections(file, kMagic, kVersion);
+  ByteWriter bytes;
+  const auto write = [&](const SectionKind& kind) {
+    sections.Write(kind, bytes.bytes());
+    bytes.Clear();
+  };
+  PutAtlasHead({camera, atlas.ids(), atlas.maps().size()}, &bytes);
+  write(kAtlas);
+  for (const Map& map : atlas.maps()) {
+    PutMap(map, &bytes);
+    write(kMap);
+    map.keyframes().ForEach([&](const Keyframe& keyframe) {
+      PutFeatures(keyframe.id, keyframe.features(), &bytes);
+      write(kFeatures);
+    });
+  }
+  sections.Commit();
+}
+
+LoadedAtlas ReadMapFile(const std::filesystem::path& file) {
+  try {
+    return AtlasReader(file).Read();
+  } catch (const Error& error) {
+    throw Error("{}: {}", file.string(), error.what());
+  }
+}
+
+}  // namespace deepuav

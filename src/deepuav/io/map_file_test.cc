@@ -1,0 +1,334 @@
+#include "deepuav/io/map_file.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include "deepuav/base/random.h"
+#include "deepuav/base/time.h"
+#include "deepuav/io/section_file.h"
+#include "deepuav/io/testing/io_test_support.h"
+#include "deepuav/io/testing/map_test_support.h"
+
+namespace deepuav {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::string_view kMagic = "\x89UAVMAP\n";
+constexpr uint32_t kVersion = 1;
+constexpr size_t kHeaderBytes = 12, kHeadBytes = 24, kDigestBytes = 32;
+
+struct Section {
+  SectionKind kind;
+  std::string content;
+};
+
+class MapFileTest : public ::testing::Test {
+ protected:
+  std::string WriteAtlas(const Atlas& atlas) {
+    WriteMapFile(file_, atlas, TestMapCamera());
+    return ReadAll(file_);
+  }
+  std::string SmallFile() { return WriteAtlas(TestAtlas(7, 6, 4, 1)); }
+
+  LoadedAtlas ReadBytesAsMap(const std::string& bytes) {
+    return ReadMapFile(folder_.Write("damaged.deepuav", bytes));
+  }
+  std::string ErrorOfBytes(const std::string& bytes) {
+    const std::string message = ErrorOf([&] { ReadBytesAsMap(bytes); });
+    EXPECT_THAT(message, HasSubstr("damaged.deepuav: "));
+    return message;
+  }
+
+  /// The sections of the file, without the end.
+  std::vector<Section> Sections(const std::string& bytes) {
+    std::vector<Section> sections;
+    SectionReader reader(folder_.Write("whole.deepuav", bytes), kMagic, kVersion);
+    for (size_t at = kHeaderBytes;;) {
+      SectionKind kind;
+      std::copy_n(bytes.begin() + static_cast<ptrdiff_t>(at), kind.size(), kind.begin());
+      if (std::string_view(kind.data(), kind.size()) == "END ") return sections;
+      sections.push_back({kind, std::string(reader.Read(kind))});
+      uint64_t stored_bytes;
+      std::memcpy(&stored_bytes, bytes.data() + at + 16, sizeof(stored_bytes));
+      at += kHeadBytes + stored_bytes + kDigestBytes;
+    }
+  }
+  /// Reads the sections as a file whose checksums hold.
+  LoadedAtlas ReadSections(const std::vector<Section>& sections) {
+    const auto file = folder_.path() / "damaged.deepuav";
+    SectionWriter writer(file, kMagic, kVersion);
+    for (const Section& section : sections) writer.Write(section.kind, section.content);
+    writer.Commit();
+    return ReadMapFile(file);
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "map.deepuav";
+};
+
+TEST_F(MapFileTest, ReloadsToTheBit) {
+  const Atlas atlas = TestAtlas(20, 30, 64, 1);
+  const Map& map = atlas.At(MapId{0});
+  ASSERT_EQ(map.culled().size(), 2u);
+  ASSERT_EQ(map.merged_into().size(), 2u);
+  ASSERT_GT(map.LandmarkCount(), 50);
+  WriteAtlas(atlas);
+  const LoadedAtlas loaded = ReadMapFile(file_);
+  ExpectSameAtlas(atlas, loaded.atlas);
+  const Camera expected = TestMapCamera();
+  EXPECT_EQ(loaded.camera.width, expected.width);
+  EXPECT_EQ(loaded.camera.height, expected.height);
+  EXPECT_EQ(loaded.camera.pinhole.Matrix(), expected.pinhole.Matrix());
+  EXPECT_EQ(loaded.camera.lens, expected.lens);
+  EXPECT_EQ(loaded.camera.distortion, expected.distortion);
+  EXPECT_EQ(loaded.camera.rate_hz, expected.rate_hz);
+}
+
+TEST_F(MapFileTest, SavingAgainGivesTheSameBytes) {
+  const std::string bytes = SmallFile();
+  const LoadedAtlas loaded = ReadMapFile(file_);
+  WriteMapFile(file_, loaded.atlas, loaded.camera);
+  EXPECT_EQ(ReadAll(file_), bytes);
+}
+
+TEST_F(MapFileTest, GoesOnAfterReloading) {
+  Atlas atlas = TestAtlas(10, 12, 8, 3);
+  WriteAtlas(atlas);
+  LoadedAtlas loaded = ReadMapFile(file_);
+  for (Atlas* each : {&atlas, &loaded.atlas}) {
+    Map& map = each->At(MapId{0});
+    const KeyframeId added = each->ids().NextKeyframe();
+    const Keyframe& last = map.At(KeyframeId{9});
+    map.AddKeyframe(added, last.frame, last.cam_from_world);
+    for (const LandmarkId landmark : last.landmarks) {
+      if (landmark.valid()) map.AddObservation(added, 3, landmark);
+    }
+    map.ConnectToParent(added, last.id);
+    map.RemoveKeyframe(KeyframeId{9});
+    map.Rescale(1.5);
+  }
+  ExpectSameAtlas(atlas, loaded.atlas);
+}
+
+TEST_F(MapFileTest, AnEmptyAtlas) {
+  WriteAtlas(Atlas());
+  EXPECT_TRUE(ReadMapFile(file_).atlas.maps().empty());
+}
+
+TEST_F(MapFileTest, EveryTruncationIsRefused) {
+  const std::string bytes = SmallFile();
+  for (size_t length = 0; length < bytes.size(); ++length) {
+    ErrorOfBytes(bytes.substr(0, length));
+    if (HasFailure()) FAIL() << "cut to " << length << " of " << bytes.size();
+  }
+  EXPECT_THAT(ErrorOfBytes(bytes + '\0'), HasSubstr("1 bytes follow the end"));
+}
+
+TEST_F(MapFileTest, EveryFlippedBitIsRefused) {
+  std::string bytes = SmallFile();
+  for (size_t at = 0; at < bytes.size(); ++at) {
+    const char bit = static_cast<char>(1 << at % 8);
+    bytes[at] = static_cast<char>(bytes[at] ^ bit);
+    ErrorOfBytes(bytes);
+    if (HasFailure()) FAIL() << "at byte " << at;
+    bytes[at] = static_cast<char>(bytes[at] ^ bit);
+  }
+  EXPECT_NO_THROW(ReadBytesAsMap(bytes));
+}
+
+TEST_F(MapFileTest, ForeignAndNewerFilesAreNamed) {
+  EXPECT_THAT(ErrorOfBytes("ply\nformat ascii 1.0\n"), HasSubstr("begins with 'ply"));
+  std::string bytes = SmallFile();
+  bytes[kMagic.size()] = kVersion + 1;
+  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 2, of a newer program: expected 1"));
+  EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path()); }), HasSubstr("expected a file"));
+  EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path() / "none.deepuav"); }),
+              HasSubstr("none.deepuav"));
+}
+
+TEST_F(MapFileTest, DamageIsCalledSo) {
+  std::string bytes = SmallFile();
+  bytes[bytes.size() / 2] ^= 1;
+  EXPECT_THAT(ErrorOfBytes(bytes), testing::AnyOf(HasSubstr("damaged"), HasSubstr("truncated")));
+}
+
+TEST_F(MapFileTest, ABombIsRefused) {
+  // 16 MiB of zeros are far smaller compressed: the writer leaves them as they are.
+  std::vector<Section> sections = Sections(SmallFile());
+  sections[1].content.assign(size_t{1} << 24, '\0');
+  const std::string message = ErrorOf([&] { ReadSections(sections); });
+  EXPECT_THAT(message, HasSubstr("bytes too many"));
+  EXPECT_GT(std::filesystem::file_size(folder_.path() / "damaged.deepuav"), size_t{1} << 24);
+}
+
+/// Files whose checksums hold and whose content lies.
+TEST_F(MapFileTest, LyingIdsAreRefused) {
+  const std::vector<Section> sections = Sections(SmallFile());
+  const auto with_number = [&](size_t section, size_t at, int64_t number) {
+    std::vector<Section> changed = sections;
+    std::memcpy(changed[section].content.data() + at, &number, sizeof(number));
+    return ErrorOf([&] { ReadSections(changed); });
+  };
+  ASSERT_EQ(std::string_view(sections[1].kind.data(), 4), "MAP ");
+  constexpr size_t kFirstKeyframe = 16, kKeyframeBytes = 88, kParent = 24, kRotation = 32;
+  const size_t second = kFirstKeyframe + kKeyframeBytes;
+  EXPECT_THAT(with_number(1, 0, 7), HasSubstr("map 7: expected map 0"));
+  EXPECT_THAT(with_number(1, 8, int64_t{1} << 60), HasSubstr("things follow"));
+  EXPECT_THAT(with_number(1, kFirstKeyframe, int64_t{1} << 60),
+              HasSubstr("features of keyframe 0"));
+  EXPECT_THAT(with_number(1, kFirstKeyframe + kParent, 1), HasSubstr("own ancestor"));
+  EXPECT_THAT(with_number(1, second + kParent, 99), HasSubstr("parent 99"));
+  EXPECT_THAT(with_number(1, second + kRotation, 0), HasSubstr("keyframe 1 has no pose"));
+  EXPECT_THAT(with_number(2, 0, 5), HasSubstr("features of keyframe 5: expected those of 0"));
+  // The counters end the atlas section: ids, landmarks, maps.
+  const size_t end = sections[0].content.size();
+  EXPECT_THAT(with_number(0, end - 24, 3), HasSubstr("keyframe 3: expected fewer than the 3"));
+  EXPECT_THAT(with_number(0, end - 24, int64_t{1} << 60), HasSubstr("expected at most"));
+  EXPECT_THAT(with_number(0, end - 16, int64_t{1} << 60), HasSubstr("expected at most"));
+  EXPECT_THAT(with_number(0, end - 8, 2), HasSubstr("is 'MAP '"));
+  EXPECT_THAT(with_number(0, end - 8, int64_t{1} << 62), HasSubstr("is 'END '"));
+}
+
+int64_t PeakMemoryKiB() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+/// Damages contents or bytes, reproducibly.
+class Damage {
+ public:
+  explicit Damage(uint64_t seed) : random_(seed) {}
+
+  void Change(std::string* bytes) {
+    for (int left = 1 + random_.Index(4); left > 0 && !bytes->empty(); --left) {
+      const size_t at = Position(*bytes);
+      switch (random_.Index(5)) {
+        case 0:
+          (*bytes)[at] = static_cast<char>(random_.Index(256));
+          break;
+        case 1:
+          PutNumber(at, bytes);
+          break;
+        case 2:
+          bytes->erase(at, static_cast<size_t>(random_.Index(64)));
+          break;
+        case 3:
+          bytes->insert(at,
+                        bytes->substr(Position(*bytes), static_cast<size_t>(random_.Index(200))));
+          break;
+        default:
+          std::swap((*bytes)[at], (*bytes)[Position(*bytes)]);
+      }
+    }
+  }
+  size_t Any(size_t count) { return static_cast<size_t>(random_.Index(static_cast<int>(count))); }
+
+ private:
+  size_t Position(const std::string& bytes) { return Any(bytes.size()); }
+  void PutNumber(size_t at, std::string* bytes) {
+    constexpr int64_t kNumbers[] = {0,
+                                    1,
+                                    2,
+                                    3,
+                                    -1,
+                                    127,
+                                    int64_t{1} << 31,
+                                    INT64_MAX,
+                                    INT64_MIN,
+                                    0x7ff0000000000000,
+                                    0x7ff8000000000000,
+                                    int64_t{1} << 24,
+                                    1000};
+    const int64_t number = kNumbers[random_.Index(std::size(kNumbers))];
+    const size_t fitting = std::min(sizeof(number), bytes->size() - at);
+    std::memcpy(bytes->data() + at, &number, fitting);
+  }
+
+  Random random_;
+};
+
+class MapFileFuzzTest : public MapFileTest {
+ protected:
+  /// Runs `read`, which must return or throw Error with one line, soon and in little memory.
+  void Try(const std::function<void()>& read) {
+    const Stopwatch watch;
+    try {
+      read();
+    } catch (const Error& error) {
+      ++refused_;
+      EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos) << error.what();
+      EXPECT_THAT(error.what(), HasSubstr("damaged.deepuav: "));
+    } catch (const std::exception& exception) {
+      ADD_FAILURE() << "not an Error: " << exception.what();
+    }
+    EXPECT_LT(watch.Seconds(), 10);
+    EXPECT_LT(PeakMemoryKiB() - memory_before_, 1 << 20);
+  }
+
+  const int64_t memory_before_ = PeakMemoryKiB();
+  int refused_ = 0;
+};
+
+TEST_F(MapFileFuzzTest, DamagedBytes) {
+  const std::string bytes = SmallFile();
+  Damage damage(1);
+  constexpr int kCount = 3000;
+  int changed = 0;
+  for (int i = 0; i < kCount && !HasFailure(); ++i) {
+    std::string damaged = bytes;
+    damage.Change(&damaged);
+    changed += damaged != bytes;
+    Try([&] { ReadBytesAsMap(damaged); });
+  }
+  EXPECT_EQ(refused_, changed);
+  EXPECT_GT(changed, kCount / 2);
+}
+
+/// Damage that the checksums do not show: what is accepted must be a map that works.
+TEST_F(MapFileFuzzTest, DamagedContents) {
+  const std::vector<Section> sections = Sections(SmallFile());
+  Damage damage(2);
+  constexpr int kCount = 6000;
+  for (int i = 0; i < kCount && !HasFailure(); ++i) {
+    std::vector<Section> damaged = sections;
+    // Half in the first two: they hold the structure.
+    const size_t count = i % 2 ? size_t{2} : damaged.size();
+    damage.Change(&damaged[damage.Any(count)].content);
+    if (i % 16 == 0)
+      std::swap(damaged[damage.Any(damaged.size())], damaged[damage.Any(damaged.size())]);
+    Try([&] {
+      LoadedAtlas loaded = ReadSections(damaged);
+      for (const Map& map : loaded.atlas.maps()) {
+        map.keyframes().ForEach([&](const Keyframe& keyframe) { map.MedianDepth(keyframe.id); });
+        for (const auto& [id, culled] : map.culled()) map.PoseOf(id);
+        for (const auto& [from, into] : map.merged_into()) map.Current(from);
+        map.landmarks().ForEach([&](const Landmark& landmark) {
+          loaded.atlas.At(map.id()).UpdateAppearance(landmark.id);
+        });
+      }
+      WriteMapFile(file_, loaded.atlas, loaded.camera);
+    });
+  }
+  EXPECT_GT(refused_, kCount / 2);
+  EXPECT_LT(refused_, kCount);
+}
+
+TEST_F(MapFileTest, FiveHundredKeyframesLoadSoon) {
+  IdSource ids;
+  Atlas atlas;
+  atlas.Add(TestMap(atlas.NextMap(), 500, 1000, 256, 1, &atlas.ids()));
+  Stopwatch watch;
+  WriteAtlas(atlas);
+  RecordProperty("write_ms", static_cast<int>(1e3 * watch.Seconds()));
+  std::fprintf(stderr, "write %.3f s, %.1f MB\n", watch.Seconds(),
+               1e-6 * static_cast<double>(std::filesystem::file_size(file_)));
+  watch.Restart();
+  const LoadedAtlas loaded = ReadMapFile(file_);
+  std::fprintf(stderr, "read %.3f s\n", watch.Seconds());
+  EXPECT_LT(watch.Seconds(), 10);  // about 0.5 s, but other programs may run
+}
+
+}  // namespace
+}  // namespace deepuav

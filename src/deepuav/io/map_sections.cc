@@ -1,0 +1,263 @@
+#include "deepuav/io/map_sections.h"
+
+#include <utility>
+
+namespace deepuav {
+namespace {
+
+constexpr size_t kPoseBytes = 7 * 8;
+constexpr size_t kKeyframeBytes = 4 * 8 + kPoseBytes;
+constexpr size_t kCulledBytes = 2 * 8 + kPoseBytes;
+constexpr size_t kMergedBytes = 2 * 8;
+constexpr size_t kObservationBytes = 8 + 4;
+constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kObservationBytes + 2 * 4 + 8;
+constexpr size_t kKeypointFloats = 6;
+
+template <typename Tag>
+void PutId(Id<Tag> id, ByteWriter* writer) {
+  writer->Put<int64_t>(id.value);
+}
+
+template <typename IdType>
+IdType GetId(ByteReader* reader) {
+  return {reader->Get<int64_t>()};
+}
+
+void PutVector(const Eigen::Vector3d& vector, ByteWriter* writer) {
+  writer->PutAll(std::span<const double>(vector.data(), 3));
+}
+
+Eigen::Vector3d GetVector(ByteReader* reader) {
+  Eigen::Vector3d vector;
+  reader->GetAll(std::span<double>(vector.data(), 3));
+  return vector;
+}
+
+void PutPose(const SE3& pose, ByteWriter* writer) {
+  const Eigen::Quaterniond& q = pose.rotation();
+  for (double value : {q.w(), q.x(), q.y(), q.z()}) writer->Put<double>(value);
+  PutVector(pose.translation(), writer);
+}
+
+SE3 GetPose(ByteReader* reader) {
+  double wxyz[4];
+  reader->GetAll(std::span<double>(wxyz));
+  return SE3::FromUnit({wxyz[0], wxyz[1], wxyz[2], wxyz[3]}, GetVector(reader));
+}
+
+void PutObservation(const Observation& observation, ByteWriter* writer) {
+  PutId(observation.keyframe, writer);
+  writer->Put<int32_t>(observation.keypoint);
+}
+
+Observation GetObservation(ByteReader* reader) {
+  const auto keyframe = GetId<KeyframeId>(reader);
+  return {keyframe, reader->Get<int32_t>()};
+}
+
+void PutKeyframe(const Keyframe& keyframe, ByteWriter* writer) {
+  PutId(keyframe.id, writer);
+  PutId(keyframe.frame.id, writer);
+  writer->Put<int64_t>(keyframe.frame.time.nanoseconds);
+  PutId(keyframe.parent, writer);
+  PutPose(keyframe.cam_from_world, writer);
+}
+
+Keyframe GetKeyframe(ByteReader* reader) {
+  Keyframe keyframe;
+  keyframe.id = GetId<KeyframeId>(reader);
+  keyframe.frame.id = GetId<FrameId>(reader);
+  keyframe.frame.time = {reader->Get<int64_t>()};
+  keyframe.parent = GetId<KeyframeId>(reader);
+  keyframe.cam_from_world = GetPose(reader);
+  return keyframe;
+}
+
+void PutLandmark(const Landmark& landmark, ByteWriter* writer) {
+  PutId(landmark.id, writer);
+  PutId(landmark.created_by, writer);
+  PutVector(landmark.position_world, writer);
+  PutVector(landmark.mean_view_direction, writer);
+  writer->Put<double>(landmark.min_distance);
+  writer->Put<double>(landmark.max_distance);
+  PutObservation(landmark.representative, writer);
+  writer->Put<int32_t>(landmark.visible);
+  writer->Put<int32_t>(landmark.found);
+  writer->Put<uint64_t>(landmark.observations.size());
+  for (const Observation& observation : landmark.observations) PutObservation(observation, writer);
+}
+
+Landmark GetLandmark(ByteReader* reader) {
+  Landmark landmark;
+  landmark.id = GetId<LandmarkId>(reader);
+  landmark.created_by = GetId<KeyframeId>(reader);
+  landmark.position_world = GetVector(reader);
+  landmark.mean_view_direction = GetVector(reader);
+  landmark.min_distance = reader->Get<double>();
+  landmark.max_distance = reader->Get<double>();
+  landmark.representative = GetObservation(reader);
+  landmark.visible = reader->Get<int32_t>();
+  landmark.found = reader->Get<int32_t>();
+  landmark.observations.resize(reader->GetCount(kObservationBytes));
+  for (Observation& observation : landmark.observations) observation = GetObservation(reader);
+  return landmark;
+}
+
+LensModel LensFromNumber(uint32_t number) {
+  switch (number) {
+    case 0:
+      return LensModel::kPinhole;
+    case 1:
+      return LensModel::kRadialTangential;
+    case 2:
+      return LensModel::kEquidistant;
+  }
+  throw Error("the camera has the lens model {}: expected 0, 1 or 2", number);
+}
+
+uint32_t NumberOfLens(LensModel lens) {
+  switch (lens) {
+    case LensModel::kPinhole:
+      return 0;
+    case LensModel::kRadialTangential:
+      return 1;
+    case LensModel::kEquidistant:
+      return 2;
+  }
+  throw Error("the camera has an unknown lens model");
+}
+
+Camera GetCamera(ByteReader* reader) {
+  Camera camera;
+  camera.width = reader->Get<int32_t>();
+  camera.height = reader->Get<int32_t>();
+  camera.lens = LensFromNumber(reader->Get<uint32_t>());
+  for (double* value : {&camera.pinhole.fx, &camera.pinhole.fy, &camera.pinhole.cx,
+                        &camera.pinhole.cy, &camera.rate_hz}) {
+    *value = reader->Get<double>();
+  }
+  camera.distortion.resize(reader->GetCount(sizeof(double)));
+  reader->GetAll(std::span<double>(camera.distortion));
+  camera.Check("the camera");
+  return camera;
+}
+
+void PutCamera(const Camera& camera, ByteWriter* writer) {
+  writer->Put<int32_t>(camera.width);
+  writer->Put<int32_t>(camera.height);
+  writer->Put<uint32_t>(NumberOfLens(camera.lens));
+  for (double value : {camera.pinhole.fx, camera.pinhole.fy, camera.pinhole.cx, camera.pinhole.cy,
+                       camera.rate_hz}) {
+    writer->Put<double>(value);
+  }
+  writer->Put<uint64_t>(camera.distortion.size());
+  writer->PutAll(std::span<const double>(camera.distortion));
+}
+
+}  // namespace
+
+void PutAtlasHead(const AtlasHead& head, ByteWriter* writer) {
+  PutCamera(head.camera, writer);
+  writer->Put<int64_t>(head.ids.keyframes);
+  writer->Put<int64_t>(head.ids.landmarks);
+  writer->Put<uint64_t>(head.maps);
+}
+
+AtlasHead GetAtlasHead(std::string_view content) {
+  ByteReader reader(content, "the atlas");
+  AtlasHead head;
+  head.camera = GetCamera(&reader);
+  head.ids.keyframes = reader.Get<int64_t>();
+  head.ids.landmarks = reader.Get<int64_t>();
+  head.maps = reader.Get<uint64_t>();
+  reader.ExpectEnd();
+  return head;
+}
+
+void PutMap(const Map& map, ByteWriter* writer) {
+  PutId(map.id(), writer);
+  writer->Put<uint64_t>(static_cast<uint64_t>(map.KeyframeCount()));
+  map.keyframes().ForEach([&](const Keyframe& keyframe) { PutKeyframe(keyframe, writer); });
+  writer->Put<uint64_t>(map.culled().size());
+  for (const auto& [id, culled] : map.culled()) {
+    PutId(id, writer);
+    PutId(culled.parent, writer);
+    PutPose(culled.cam_from_parent, writer);
+  }
+  writer->Put<uint64_t>(map.merged_into().size());
+  for (const auto& [from, into] : map.merged_into()) {
+    PutId(from, writer);
+    PutId(into, writer);
+  }
+  writer->Put<uint64_t>(static_cast<uint64_t>(map.LandmarkCount()));
+  map.landmarks().ForEach([&](const Landmark& landmark) { PutLandmark(landmark, writer); });
+}
+
+MapState GetMap(std::string_view content) {
+  ByteReader reader(content, "the map");
+  MapState state;
+  state.id = GetId<MapId>(&reader);
+  for (size_t left = reader.GetCount(kKeyframeBytes); left > 0; --left) {
+    state.keyframes.push_back(GetKeyframe(&reader));
+  }
+  for (size_t left = reader.GetCount(kCulledBytes); left > 0; --left) {
+    const auto id = GetId<KeyframeId>(&reader), parent = GetId<KeyframeId>(&reader);
+    if (!state.culled.try_emplace(id, CulledPose{parent, GetPose(&reader)}).second) {
+      throw Error("keyframe {} was removed twice", id.value);
+    }
+  }
+  for (size_t left = reader.GetCount(kMergedBytes); left > 0; --left) {
+    const auto from = GetId<LandmarkId>(&reader), into = GetId<LandmarkId>(&reader);
+    if (!state.merged_into.try_emplace(from, into).second) {
+      throw Error("landmark {} was merged twice", from.value);
+    }
+  }
+  const size_t landmarks = reader.GetCount(kLandmarkBytes);
+  state.landmarks.reserve(landmarks);
+  for (size_t i = 0; i < landmarks; ++i) state.landmarks.push_back(GetLandmark(&reader));
+  reader.ExpectEnd();
+  return state;
+}
+
+void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer) {
+  PutId(keyframe, writer);
+  writer->Put<uint32_t>(static_cast<uint32_t>(features.descriptors.dimension()));
+  writer->Put<uint64_t>(features.keypoints.size());
+  for (const Keypoint& keypoint : features.keypoints) {
+    const float values[kKeypointFloats] = {keypoint.image_px.x(), keypoint.image_px.y(),
+                                           keypoint.px.x(),       keypoint.px.y(),
+                                           keypoint.score,        keypoint.sigma_px};
+    writer->PutAll(std::span<const float>(values));
+  }
+  writer->PutAll(features.descriptors.scales());
+  writer->PutAll(features.descriptors.stored_values());
+}
+
+Features GetFeatures(KeyframeId keyframe, std::string_view content) {
+  ByteReader reader(content, fmt::format("keyframe {}", keyframe.value));
+  const auto id = GetId<KeyframeId>(&reader);
+  if (id != keyframe) {
+    throw Error("features of keyframe {}: expected those of {}", id.value, keyframe.value);
+  }
+  const size_t dimension = reader.Get<uint32_t>();
+  if (dimension < 1 || dimension > INT32_MAX) {
+    throw Error("keyframe {} has descriptors of dimension {}: expected at least 1", keyframe.value,
+                dimension);
+  }
+  const size_t count = reader.GetCount((kKeypointFloats + 1) * sizeof(float) + dimension);
+  std::vector<Keypoint> keypoints(count);
+  for (Keypoint& keypoint : keypoints) {
+    float values[kKeypointFloats];
+    reader.GetAll(std::span<float>(values));
+    keypoint = {{values[0], values[1]}, {values[2], values[3]}, values[4], values[5]};
+  }
+  std::vector<float> scales(count);
+  reader.GetAll(std::span<float>(scales));
+  std::vector<int8_t> stored(count * dimension);
+  reader.GetAll(std::span<int8_t>(stored));
+  reader.ExpectEnd();
+  return {std::move(keypoints), Descriptors::FromStored(static_cast<int>(dimension),
+                                                        std::move(stored), std::move(scales))};
+}
+
+}  // namespace deepuav

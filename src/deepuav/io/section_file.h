@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "deepuav/io/atomic_file.h"
+
+namespace deepuav {
+
+/// Four characters that say what a section holds.
+using SectionKind = std::array<char, 4>;
+
+/// A file of sections, each compressed (Zstandard, RFC 8878) where that helps and under a SHA-256
+/// of its own, behind a magic number and a format version. docs/map-format.md states the bytes.
+/// Appears under its name only with Commit(). Throws Error naming the file.
+class SectionWriter {
+ public:
+  SectionWriter(const std::filesystem::path& file, std::string_view magic, uint32_t version);
+  ~SectionWriter();
+
+  void Write(const SectionKind& kind, std::string_view content);
+  /// Ends the file. Nothing may be written afterwards.
+  void Commit();
+
+ private:
+  struct Compressor;
+
+  AtomicFile file_;
+  std::unique_ptr<Compressor> compressor_;
+};
+
+/// Reads the sections of such a file one after the other, in memory that grows with the largest.
+/// Throws Error that says what was found and what was expected, and leaves naming the file to the
+/// caller: for a file that is another, newer, truncated, changed by a single bit, or followed by
+/// more.
+class SectionReader {
+ public:
+  SectionReader(const std::filesystem::path& file, std::string_view magic, uint32_t version);
+
+  /// The content of the next section, which must be of that kind; valid until the next call.
+  std::string_view Read(const SectionKind& kind);
+  /// Throws Error unless the file ends here.
+  void ExpectEnd();
+
+  uint64_t content_bytes() const { return content_bytes_; }  ///< Read so far, uncompressed.
+
+ private:
+  void ReadExactly(std::string* bytes, size_t offset, size_t count);
+
+  std::ifstream stream_;
+  uint64_t size_ = 0, position_ = 0, content_bytes_ = 0;
+  std::string stored_, content_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,82 @@
+#include "deepuav/map/id_store.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "deepuav/base/ids.h"
+#include "deepuav/base/random.h"
+
+namespace deepuav {
+namespace {
+
+using Store = IdStore<LandmarkId, int>;
+
+std::vector<int> Values(const Store& store) {
+  std::vector<int> values;
+  store.ForEach([&values](const int& value) { values.push_back(value); });
+  return values;
+}
+
+TEST(IdStore, IteratesInOrderOfIdWhateverTheOrderOfInsertion) {
+  Store store;
+  store.Insert({7}, 70);
+  store.Insert({0}, 0);
+  store.Insert({3}, 30);
+  EXPECT_EQ(Values(store), (std::vector<int>{0, 30, 70}));
+  EXPECT_EQ(store.size(), 3);
+  store.Erase({3});
+  EXPECT_EQ(Values(store), (std::vector<int>{0, 70}));
+  EXPECT_EQ(store.size(), 2);
+}
+
+TEST(IdStore, KnowsWhatItContains) {
+  Store store;
+  EXPECT_FALSE(store.Contains({}));
+  EXPECT_FALSE(store.Contains({0}));
+  EXPECT_EQ(store.Find({0}), nullptr);
+  store.Insert({2}, 20);
+  EXPECT_TRUE(store.Contains({2}));
+  EXPECT_FALSE(store.Contains({1}));
+  EXPECT_FALSE(store.Contains({3}));
+  EXPECT_EQ(*store.Find({2}), 20);
+  EXPECT_EQ(std::as_const(store).At({2}), 20);
+  store.Erase({2});
+  EXPECT_FALSE(store.Contains({2}));
+  EXPECT_EQ(store.Find({2}), nullptr);
+}
+
+TEST(IdStore, ReferencesStayValidWhileOthersComeAndGo) {
+  Store store;
+  int& kept = store.Insert({5}, 50);
+  for (int i = 6; i < 5000; ++i) store.Insert({i}, i);
+  for (int i = 6; i < 5000; i += 2) store.Erase({i});
+  kept = 51;
+  EXPECT_EQ(store.At({5}), 51);
+  store.ForEach([](int& value) { ++value; });
+  EXPECT_EQ(kept, 52);
+}
+
+TEST(IdStore, BehavesLikeAStandardMap) {
+  Random random(1);
+  Store store;
+  std::map<int64_t, int> model;
+  for (int i = 0; i < 5000; ++i) {
+    const int64_t id = random.Index(300);
+    ASSERT_EQ(store.Contains({id}), model.contains(id));
+    if (model.contains(id)) {
+      store.Erase({id});
+      model.erase(id);
+    } else {
+      store.Insert({id}, i);
+      model[id] = i;
+    }
+    ASSERT_EQ(store.size(), static_cast<int>(model.size()));
+  }
+  std::vector<int> expected;
+  for (const auto& entry : model) expected.push_back(entry.second);
+  EXPECT_EQ(Values(store), expected);
+}
+
+}  // namespace
+}  // namespace deepuav

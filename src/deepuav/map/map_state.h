@@ -1,0 +1,21 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "deepuav/map/keyframe.h"
+#include "deepuav/map/landmark.h"
+
+namespace deepuav {
+
+/// What a map consists of, for Map::Restore. What follows from it is left empty: the keyframes'
+/// landmarks, covisible keyframes and children.
+struct MapState {
+  MapId id;
+  std::vector<Keyframe> keyframes;  ///< By id.
+  std::vector<Landmark> landmarks;  ///< By id.
+  std::map<KeyframeId, CulledPose> culled;
+  std::map<LandmarkId, LandmarkId> merged_into;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,202 @@
+#include "deepuav/tracking/frame_locator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "deepuav/base/error.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "support/synthetic_map.h"
+
+namespace deepuav {
+namespace {
+
+SE3 At(const Eigen::Vector3d& centre) { return SE3(Eigen::Quaterniond::Identity(), -centre); }
+
+/// Counts how often the reference was matched.
+class CountingMatcher : public Matcher {
+ public:
+  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
+    ++calls;
+    return matcher_.MatchFeatures(a, b);
+  }
+  std::string Description() const override { return "counting"; }
+  int calls = 0;
+
+ private:
+  NearestNeighbourMatcher matcher_{{}};
+};
+
+/// A map of six keyframes that move sideways past a box of landmarks.
+class FrameLocatorTest : public testing::Test {
+ protected:
+  FrameLocatorTest() {
+    std::vector<SE3> poses;
+    for (int i = 0; i < 6; ++i) poses.push_back(At({0.5 * i, 0, 0}));
+    made_.emplace(MakeTrueMap(world_, poses, {0.5, 0.3, 0, 30}, &random_));
+    local_map_ = MakeLocalMap(made_->map, made_->keyframes[5], {});
+  }
+
+  static FeatureWorld MakeWorld() {
+    Random random(1);
+    SyntheticWorld geometry;
+    geometry.landmarks_world = LandmarksInBox(700, {-8, -5, 6}, {10, 5, 20}, &random);
+    return FeatureWorld(geometry, 2);
+  }
+
+  LocationPrior PriorAt(const SE3& cam_from_world) const {
+    LocationPrior prior;
+    prior.cam_from_world = cam_from_world;
+    prior.reference = made_->keyframes[5];
+    for (LandmarkId id : made_->map.At(made_->keyframes[5]).landmarks) {
+      if (id.valid()) prior.landmarks.push_back(id);
+    }
+    return prior;
+  }
+
+  std::optional<LocatedFrame> Locate(const SyntheticView& view, const LocationPrior& prior) {
+    return locator_.Locate(FrameOf(20, view), *local_map_, prior, &reason_);
+  }
+
+  void ExpectRight(const LocatedFrame& located, const SyntheticView& view, double max_wrong_ratio) {
+    EXPECT_LT((located.cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm(),
+              0.02);
+    EXPECT_LT((located.cam_from_world * truth_.Inverse()).Angle(), 0.002);
+    int wrong = 0, before = -1;
+    for (const LocatedFrame::Seen& seen : located.seen) {
+      EXPECT_LT(before, seen.keypoint) << "one each, by key point";
+      before = seen.keypoint;
+      const int shown = view.landmark[static_cast<size_t>(seen.keypoint)];
+      const LandmarkId id = local_map_->landmarks[static_cast<size_t>(seen.landmark)].id;
+      wrong += shown < 0 || made_->landmark_of[static_cast<size_t>(shown)] != id;
+    }
+    EXPECT_LE(wrong, max_wrong_ratio * static_cast<double>(located.seen.size()));
+  }
+
+  Random random_{3};
+  const FeatureWorld world_ = MakeWorld();
+  const SE3 truth_ = At({2.8, 0.05, 0.1});
+  std::optional<SyntheticMap> made_;
+  std::shared_ptr<const LocalMap> local_map_;
+  CountingMatcher matcher_;
+  FrameLocator locator_{world_.camera(), {}, &matcher_, nullptr};
+  std::string reason_;
+};
+
+TEST_F(FrameLocatorTest, FollowsARightPredictionWithoutMatchingTheReference) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
+  const auto located = Locate(view, PriorAt(Perturbed(truth_, 0.05, 0.005, &random_)));
+  ASSERT_TRUE(located);
+  EXPECT_EQ(matcher_.calls, 0);
+  ExpectRight(*located, view, 0);
+  // All that it could see, not only what the neighbour saw.
+  int known = 0;
+  for (int landmark : view.landmark) {
+    known += landmark >= 0 && made_->landmark_of[static_cast<size_t>(landmark)].valid();
+  }
+  EXPECT_GT(static_cast<double>(located->seen.size()), 0.9 * known);
+  EXPECT_GE(located->visible.size(), located->seen.size() * 95 / 100);
+  EXPECT_EQ(local_map_->keyframes[static_cast<size_t>(located->reference)].id, made_->keyframes[5]);
+  EXPECT_GT(located->reference_shared, 100);
+}
+
+TEST_F(FrameLocatorTest, MatchesTheReferenceWhereThePredictionIsWrong) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
+  for (const double off_rad : {0.15, 1.0, 3.1}) {
+    matcher_.calls = 0;
+    const auto located = Locate(view, PriorAt(Perturbed(truth_, 0.5, off_rad, &random_)));
+    ASSERT_TRUE(located) << off_rad << ": " << reason_;
+    EXPECT_GE(matcher_.calls, 1);
+    ExpectRight(*located, view, 0);
+  }
+}
+
+TEST_F(FrameLocatorTest, MatchesTheReferenceWhereNothingIsPredicted) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 0}, &random_);
+  const auto located = Locate(view, {});
+  ASSERT_TRUE(located) << reason_;
+  EXPECT_EQ(matcher_.calls, 1);
+  ExpectRight(*located, view, 0);
+}
+
+TEST_F(FrameLocatorTest, StandsFortyPercentWrongDescriptors) {
+  for (const bool predicted : {true, false}) {
+    const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0.4, 50}, &random_);
+    LocationPrior prior = PriorAt(Perturbed(truth_, 0.05, 0.005, &random_));
+    if (!predicted) prior.cam_from_world.reset();
+    const auto located = Locate(view, prior);
+    ASSERT_TRUE(located) << reason_;
+    EXPECT_GT(located->seen.size(), 100u);
+    ExpectRight(*located, view, 0.01);
+  }
+}
+
+TEST_F(FrameLocatorTest, IgnoresPriorLandmarksThatTheLocalMapHasNot) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 0}, &random_);
+  LocationPrior prior = PriorAt(truth_);
+  for (int64_t id : {int64_t{-1}, int64_t{100'000}, int64_t{1} << 60})
+    prior.landmarks.push_back({id});
+  prior.reference = {4711};
+  const auto located = Locate(view, prior);
+  ASSERT_TRUE(located);
+  ExpectRight(*located, view, 0);
+}
+
+TEST_F(FrameLocatorTest, SaysWhyThereIsNoPose) {
+  SyntheticView nothing;
+  nothing.features = std::make_shared<const Features>(
+      RandomFeatures(300, 752, 480, FeatureWorld::kDimension, &random_));
+  EXPECT_FALSE(Locate(nothing, PriorAt(truth_)));
+  EXPECT_EQ(reason_, "no pose from 300 key points");
+
+  SyntheticView empty;
+  empty.features =
+      std::make_shared<const Features>(Features{{}, Descriptors(FeatureWorld::kDimension)});
+  EXPECT_FALSE(Locate(empty, PriorAt(truth_)));
+  EXPECT_EQ(reason_, "no pose from 0 key points");
+
+  const SyntheticView full = world_.View(truth_, {0.5, 0.2, 0, 0}, &random_);
+  Features some{{}, Descriptors(FeatureWorld::kDimension)};
+  for (int i = 0; i < full.features->size() && some.size() < 22; ++i) {
+    const int landmark = full.landmark[static_cast<size_t>(i)];
+    if (landmark < 0 || !made_->landmark_of[static_cast<size_t>(landmark)].valid()) continue;
+    some.keypoints.push_back(full.features->keypoints[static_cast<size_t>(i)]);
+    some.descriptors.AppendFrom(full.features->descriptors, i);
+  }
+  ASSERT_EQ(some.size(), 22);
+  SyntheticView few;
+  few.features = std::make_shared<const Features>(some);
+  EXPECT_FALSE(Locate(few, PriorAt(truth_)));
+  EXPECT_THAT(reason_, testing::HasSubstr("landmarks agree on the pose"));
+}
+
+TEST_F(FrameLocatorTest, IsNotFooledByAnotherPlace) {
+  Random random(99);
+  SyntheticWorld elsewhere;
+  elsewhere.landmarks_world = LandmarksInBox(700, {-8, -5, 6}, {10, 5, 20}, &random);
+  const SyntheticView view = FeatureWorld(elsewhere, 77).View(truth_, {0.5, 0.3, 0, 0}, &random_);
+  EXPECT_FALSE(Locate(view, PriorAt(truth_)));
+  EXPECT_FALSE(reason_.empty());
+}
+
+TEST_F(FrameLocatorTest, GivesTheSameTwice) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0.3, 50}, &random_);
+  const auto first = Locate(view, {}), second = Locate(view, {});
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->cam_from_world.Matrix(), second->cam_from_world.Matrix());
+  EXPECT_EQ(first->seen.size(), second->seen.size());
+}
+
+TEST(LocatorOptions, RefusesWhatCannotBe) {
+  EXPECT_NO_THROW(LocatorOptions().Check());
+  EXPECT_THROW((LocatorOptions{.predicted_radius_px = 0}.Check()), Error);
+  EXPECT_THROW((LocatorOptions{.min_inliers = 5}.Check()), Error);
+  EXPECT_THROW((LocatorOptions{.reference_tries = 0}.Check()), Error);
+  LocatorOptions inner;
+  inner.projection.ratio = 2;
+  EXPECT_THROW(inner.Check(), Error);
+}
+
+}  // namespace
+}  // namespace deepuav
