@@ -2,6 +2,8 @@
 // file, and prints one line each: what an option does to accuracy, without the networks' time.
 //
 //   backend_sweep DATASET FEATURES_FILE MODEL.onnx ["name=value name=value ..." ...]
+//
+// Beside the program's options, stride=N runs every N-th frame, start=N and end=N a part, and keypoints=N keeps the best.
 
 #include <fmt/format.h>
 
@@ -62,31 +64,59 @@ Features ReadFeatures(std::istream& stream) {
   return features;
 }
 
+struct Part {
+  int start = 0, end = 0, stride = 1, keypoints = 0;
+
+  int Frame(int index) const { return start + index * stride; }
+  int size() const { return (end - start + stride - 1) / stride; }
+};
+
 /// Gives the frames' features in order of the calls.
 class StoredExtractor : public Extractor {
  public:
-  explicit StoredExtractor(const std::vector<Features>* features) : features_(features) {}
-  Features Extract(const GreyImage& /*image*/, ExtractionTimes* /*times*/) override { return features_->at(next_++); }
+  StoredExtractor(const std::vector<Features>* features, const Part& part) : features_(features), part_(part) {}
+
+  Features Extract(const GreyImage& /*image*/, ExtractionTimes* /*times*/) override {
+    const Features& all = features_->at(static_cast<size_t>(part_.Frame(next_++)));
+    if (part_.keypoints <= 0 || all.size() <= part_.keypoints) return all;
+    Features best{{all.keypoints.begin(), all.keypoints.begin() + part_.keypoints},
+                  Descriptors(all.descriptors.dimension())};
+    for (int i = 0; i < part_.keypoints; ++i) best.descriptors.AppendFrom(all.descriptors, i);
+    return best;
+  }
   std::string Description() const override { return "stored features"; }
 
  private:
   const std::vector<Features>* features_;
-  size_t next_ = 0;
+  const Part part_;
+  int next_ = 0;
 };
 
 class EmptyImages : public ImageSource {
  public:
-  explicit EmptyImages(const Dataset& dataset) : dataset_(dataset) {}
+  EmptyImages(const Dataset& dataset, const Part& part) : dataset_(dataset), part_(part) {}
   std::optional<TimedImage> Next() override {
-    if (next_ == dataset_.size()) return std::nullopt;
-    const int frame = next_++;
-    return TimedImage{FrameId{frame}, dataset_.Time(frame), {}};
+    if (next_ == part_.size()) return std::nullopt;
+    const int index = next_++;
+    return TimedImage{FrameId{index}, dataset_.Time(part_.Frame(index)), {}};
   }
 
  private:
   const Dataset& dataset_;
+  const Part part_;
   int next_ = 0;
 };
+
+/// Takes the words that name a part of the sequence; false for another.
+bool SetPart(const std::string& word, Part* part) {
+  const std::map<std::string, int*> fields = {
+      {"start", &part->start}, {"end", &part->end}, {"stride", &part->stride}, {"keypoints", &part->keypoints}};
+  const size_t equals = word.find('=');
+  const auto field = fields.find(word.substr(0, equals));
+  if (field == fields.end()) return false;
+  *field->second = std::stoi(word.substr(equals + 1));
+  return true;
+}
 
 std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file, const std::string& model) {
   std::vector<Features> all;
@@ -121,12 +151,15 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
   RegisterOptions(&options, &registry);
   registry.Add("matching", &matching);
   std::istringstream words(variant);
-  for (std::string assignment; words >> assignment;) registry.SetAssignment(assignment);
+  Part part{.end = dataset.size()};
+  for (std::string word; words >> word;) {
+    if (!SetPart(word, &part)) registry.SetAssignment(word);
+  }
 
-  StoredExtractor extractor(&features);
+  StoredExtractor extractor(&features, part);
   NearestNeighbourMatcher matcher(matching);
   Slam slam(dataset.camera(), options, &extractor, &matcher);
-  EmptyImages images(dataset);
+  EmptyImages images(dataset, part);
   const Stopwatch running;
   const SlamResult result = slam.Run(&images, Schedule::kSequential);
   fmt::print("{}\n", variant.empty() ? "(defaults)" : variant);

@@ -111,5 +111,32 @@ TEST(Descriptors, OtherDimensionsAndRoomAreRefused) {
   EXPECT_THROW(a.Read(0, read), Error);
 }
 
+TEST(Descriptors, AreRestoredFromWhatIsStored) {
+  Descriptors original(4);
+  original.Append(std::vector<float>{0.5f, -0.5f, 0.5f, -0.5f});
+  original.Append(std::vector<float>{0.1f, 0.2f, -0.3f, 0.9f});
+  const auto values = original.stored_values();
+  const auto scales = original.scales();
+  const Descriptors restored = Descriptors::FromStored(4, {values.begin(), values.end()},
+                                                       {scales.begin(), scales.end()});
+  ASSERT_EQ(restored.size(), 2);
+  std::vector<float> expected(4), found(4);
+  for (int i = 0; i < 2; ++i) {
+    original.Read(i, expected);
+    restored.Read(i, found);
+    EXPECT_EQ(found, expected);
+  }
+}
+
+TEST(Descriptors, StoredValuesThatCannotBeAreRefused) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(Descriptors::FromStored(0, {}, {}), Error);
+  EXPECT_THROW(Descriptors::FromStored(2, {1, 2, 3}, {1}), Error);
+  EXPECT_THROW(Descriptors::FromStored(2, {1, 2}, {1, 1}), Error);
+  EXPECT_THROW(Descriptors::FromStored(2, {1, -128}, {1}), Error);
+  EXPECT_THROW(Descriptors::FromStored(2, {1, 2}, {nan}), Error);
+  EXPECT_THROW(Descriptors::FromStored(2, {1, 2}, {-1}), Error);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -139,5 +139,16 @@ TEST(SE3, StaysRigidOverManyProducts) {
   EXPECT_NEAR(pose.rotation().norm(), 1, 1e-14);
 }
 
+/// Normalising again would change the last bits of some.
+TEST(SE3, IsRestoredToTheBit) {
+  Random random(7);
+  for (int i = 0; i < 1000; ++i) {
+    const SE3 pose = RandomPose(&random) * RandomPose(&random);
+    const SE3 restored = SE3::FromUnit(pose.rotation(), pose.translation());
+    ASSERT_EQ(restored.rotation().coeffs(), pose.rotation().coeffs());
+    ASSERT_EQ(restored.translation(), pose.translation());
+  }
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include "deepuav/base/random.h"
+#include "deepuav/base/sha256.h"
 #include "deepuav/base/time.h"
 #include "deepuav/io/section_file.h"
 #include "deepuav/io/testing/io_test_support.h"
@@ -22,6 +23,32 @@ struct Section {
   SectionKind kind;
   std::string content;
 };
+
+template <typename Number>
+std::string Bytes(Number number) {
+  return {reinterpret_cast<const char*>(&number), sizeof(number)};
+}
+
+/// One section as docs/map-format.md states it.
+std::string SealedSection(const SectionKind& kind, uint32_t codec, uint64_t content_bytes,
+                          const std::string& stored) {
+  std::string bytes(kind.data(), kind.size());
+  bytes += Bytes(codec) + Bytes(content_bytes) + Bytes(uint64_t{stored.size()}) + stored;
+  const std::string hex = Sha256(bytes);
+  for (size_t i = 0; i < hex.size(); i += 2) {
+    bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  }
+  return bytes;
+}
+
+/// A file of the sections whose checksums hold.
+std::string Sealed(const std::vector<Section>& sections) {
+  std::string bytes = std::string(kMagic) + Bytes(kVersion);
+  for (const Section& section : sections) {
+    bytes += SealedSection(section.kind, 0, section.content.size(), section.content);
+  }
+  return bytes + SealedSection({'E', 'N', 'D', ' '}, 0, 0, "");
+}
 
 class MapFileTest : public ::testing::Test {
  protected:
@@ -54,13 +81,8 @@ class MapFileTest : public ::testing::Test {
       at += kHeadBytes + stored_bytes + kDigestBytes;
     }
   }
-  /// Reads the sections as a file whose checksums hold.
   LoadedAtlas ReadSections(const std::vector<Section>& sections) {
-    const auto file = folder_.path() / "damaged.deepuav";
-    SectionWriter writer(file, kMagic, kVersion);
-    for (const Section& section : sections) writer.Write(section.kind, section.content);
-    writer.Commit();
-    return ReadMapFile(file);
+    return ReadBytesAsMap(Sealed(sections));
   }
 
   TemporaryFolder folder_;
@@ -153,13 +175,33 @@ TEST_F(MapFileTest, DamageIsCalledSo) {
   EXPECT_THAT(ErrorOfBytes(bytes), testing::AnyOf(HasSubstr("damaged"), HasSubstr("truncated")));
 }
 
+TEST_F(MapFileTest, UncompressedSectionsAreRead) {
+  const std::string bytes = SmallFile();
+  ExpectSameAtlas(ReadSections(Sections(bytes)).atlas, ReadMapFile(file_).atlas);
+}
+
 TEST_F(MapFileTest, ABombIsRefused) {
-  // 16 MiB of zeros are far smaller compressed: the writer leaves them as they are.
-  std::vector<Section> sections = Sections(SmallFile());
-  sections[1].content.assign(size_t{1} << 24, '\0');
-  const std::string message = ErrorOf([&] { ReadSections(sections); });
-  EXPECT_THAT(message, HasSubstr("bytes too many"));
-  EXPECT_GT(std::filesystem::file_size(folder_.path() / "damaged.deepuav"), size_t{1} << 24);
+  const std::string header = std::string(kMagic) + Bytes(kVersion);
+  const std::string stored(100, 'x');
+  const auto read = [&](uint32_t codec, uint64_t content_bytes) {
+    return ErrorOfBytes(header + SealedSection({'A', 'T', 'L', 'S'}, codec, content_bytes, stored));
+  };
+  EXPECT_THAT(read(1, uint64_t{1} << 40), HasSubstr("at most 64 times"));
+  EXPECT_THAT(read(1, 6401), testing::AnyOf(HasSubstr("at most 64 times"), HasSubstr("decomp")));
+  EXPECT_THAT(read(1, 200), HasSubstr("cannot be decompressed to 200 bytes"));
+  EXPECT_THAT(read(2, 100), HasSubstr("has codec 2"));
+  EXPECT_THAT(read(0, 101), HasSubstr("has codec 0, 100 bytes for 101"));
+}
+
+/// What compresses beyond what a reader accepts is left as it is.
+TEST_F(MapFileTest, SectionsOfOneByteRepeated) {
+  const std::string zeros(1 << 20, '\0');
+  SectionWriter writer(file_, kMagic, kVersion);
+  writer.Write({'A', 'T', 'L', 'S'}, zeros);
+  writer.Commit();
+  SectionReader reader(file_, kMagic, kVersion);
+  EXPECT_EQ(reader.Read({'A', 'T', 'L', 'S'}), zeros);
+  EXPECT_NO_THROW(reader.ExpectEnd());
 }
 
 /// Files whose checksums hold and whose content lies.
@@ -280,7 +322,7 @@ TEST_F(MapFileFuzzTest, DamagedBytes) {
     std::string damaged = bytes;
     damage.Change(&damaged);
     changed += damaged != bytes;
-    Try([&] { ReadBytesAsMap(damaged); });
+    if (damaged != bytes) Try([&] { ReadBytesAsMap(damaged); });
   }
   EXPECT_EQ(refused_, changed);
   EXPECT_GT(changed, kCount / 2);
@@ -290,7 +332,7 @@ TEST_F(MapFileFuzzTest, DamagedBytes) {
 TEST_F(MapFileFuzzTest, DamagedContents) {
   const std::vector<Section> sections = Sections(SmallFile());
   Damage damage(2);
-  constexpr int kCount = 6000;
+  constexpr int kCount = 20000;
   for (int i = 0; i < kCount && !HasFailure(); ++i) {
     std::vector<Section> damaged = sections;
     // Half in the first two: they hold the structure.
@@ -308,26 +350,10 @@ TEST_F(MapFileFuzzTest, DamagedContents) {
           loaded.atlas.At(map.id()).UpdateAppearance(landmark.id);
         });
       }
-      WriteMapFile(file_, loaded.atlas, loaded.camera);
     });
   }
   EXPECT_GT(refused_, kCount / 2);
   EXPECT_LT(refused_, kCount);
-}
-
-TEST_F(MapFileTest, FiveHundredKeyframesLoadSoon) {
-  IdSource ids;
-  Atlas atlas;
-  atlas.Add(TestMap(atlas.NextMap(), 500, 1000, 256, 1, &atlas.ids()));
-  Stopwatch watch;
-  WriteAtlas(atlas);
-  RecordProperty("write_ms", static_cast<int>(1e3 * watch.Seconds()));
-  std::fprintf(stderr, "write %.3f s, %.1f MB\n", watch.Seconds(),
-               1e-6 * static_cast<double>(std::filesystem::file_size(file_)));
-  watch.Restart();
-  const LoadedAtlas loaded = ReadMapFile(file_);
-  std::fprintf(stderr, "read %.3f s\n", watch.Seconds());
-  EXPECT_LT(watch.Seconds(), 10);  // about 0.5 s, but other programs may run
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ constexpr SectionKind kEnd = {'E', 'N', 'D', ' '};
 constexpr uint32_t kStored = 0, kZstandard = 1;
 constexpr size_t kHeadBytes = 4 + 4 + 8 + 8;
 constexpr size_t kDigestBytes = 32;
-// Higher levels save 1 % of a map's descriptors and take several times as long.
+// 8-bit descriptors shrink by 6 % at any level up to 9, by 6.3 % at 19 and a fortieth of the speed.
 constexpr int kCompressionLevel = 1;
 // A reader takes no more memory than this many times what the file holds.
 constexpr uint64_t kMaxExpansion = 64;

@@ -7,6 +7,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/matching/nearest_neighbour.h"
+#include "support/options_with.h"
 #include "support/synthetic_map.h"
 
 namespace deepuav {
@@ -190,9 +191,9 @@ TEST_F(FrameLocatorTest, GivesTheSameTwice) {
 
 TEST(LocatorOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(LocatorOptions().Check());
-  EXPECT_THROW((LocatorOptions{.predicted_radius_px = 0}.Check()), Error);
-  EXPECT_THROW((LocatorOptions{.min_inliers = 5}.Check()), Error);
-  EXPECT_THROW((LocatorOptions{.reference_tries = 0}.Check()), Error);
+  EXPECT_THROW(OptionsWith(&LocatorOptions::predicted_radius_px, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&LocatorOptions::min_inliers, 5).Check(), Error);
+  EXPECT_THROW(OptionsWith(&LocatorOptions::reference_tries, 0).Check(), Error);
   LocatorOptions inner;
   inner.projection.ratio = 2;
   EXPECT_THROW(inner.Check(), Error);

@@ -38,7 +38,10 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
     return std::nullopt;
   }
   if (candidate_) {
-    if (auto request = Confirm(frame)) return request;
+    if (auto request = Confirm(frame)) {
+      Reset();  // should they not hold as a map, other views are tried
+      return request;
+    }
     *waiting_for = "a third view that confirms the first two";
     if (frame.id.value - candidate_->second.id.value >= options_.max_second_age_frames) candidate_.reset();
     return std::nullopt;

@@ -14,7 +14,7 @@ namespace deepuav {
 struct InitialiserOptions {
   int min_keypoints = 100;           ///< A frame with fewer starts nothing.
   int min_matches = 60;              ///< To the first view; fewer: a later frame becomes the first.
-  int max_first_age_frames = 60;     ///< An older first view is replaced.
+  int max_first_age_frames = 120;    ///< An older first view is replaced.
   int max_second_age_frames = 10;    ///< A pair that no later frame confirmed by then is given up.
   double min_confirmed_ratio = 0.7;  ///< Of the points matched in the third view, those that reproject well.
   int min_confirmed = 40;

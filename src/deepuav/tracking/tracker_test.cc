@@ -7,6 +7,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/matching/nearest_neighbour.h"
+#include "support/options_with.h"
 #include "support/synthetic_map.h"
 
 namespace deepuav {
@@ -55,7 +56,7 @@ class TrackerTest : public testing::Test {
   std::optional<SyntheticMap> made_;
   std::shared_ptr<const LocalMap> local_map_;
   NearestNeighbourMatcher matcher_{{}};
-  const TrackingOptions options_{.max_lost_frames = 5};
+  const TrackingOptions options_ = OptionsWith(&TrackingOptions::max_lost_frames, 5);
   Tracker tracker_{world_.camera(), options_, &matcher_, nullptr};
 };
 
@@ -250,7 +251,7 @@ TEST_F(TrackerTest, IgnoresTheLocalMapOfAnotherMap) {
 
 TEST(TrackingOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(TrackingOptions().Check());
-  EXPECT_THROW((TrackingOptions{.max_lost_frames = -1}.Check()), Error);
+  EXPECT_THROW(OptionsWith(&TrackingOptions::max_lost_frames, -1).Check(), Error);
   TrackingOptions inner;
   inner.keyframes.min_gap_frames = 0;
   EXPECT_THROW(inner.Check(), Error);

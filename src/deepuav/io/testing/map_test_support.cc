@@ -146,9 +146,9 @@ Map TestMap(MapId id, int keyframes, int keypoints, int dimension, uint64_t seed
                       RandomFeatures(keypoints, dimension, &random)};
     added.push_back(ids->NextKeyframe());
     map.AddKeyframe(added.back(), frame, RandomPose(&random));
+    if (i > 0) map.ConnectToParent(added.back(), added[static_cast<size_t>(i - 1) / 2]);
   }
   AddLandmarks(keypoints, added, &random, ids, &map);
-  for (size_t i = 1; i < added.size(); ++i) map.ConnectToParent(added[i], added[i - 1]);
   std::vector<LandmarkId> landmarks;
   map.landmarks().ForEach([&](const Landmark& landmark) { landmarks.push_back(landmark.id); });
   for (const LandmarkId landmark : landmarks) map.UpdateAppearance(landmark);
@@ -158,8 +158,8 @@ Map TestMap(MapId id, int keyframes, int keypoints, int dimension, uint64_t seed
     map.RemoveLandmark(landmarks[3]);
   }
   if (added.size() > 5) {
-    map.RemoveKeyframe(added[2]);
-    map.RemoveKeyframe(added[map.At(added[4]).parent == added[3] ? 3 : 4]);
+    map.RemoveKeyframe(added[5]);
+    map.RemoveKeyframe(added[2]);  // the parent of the one before
   }
   return map;
 }

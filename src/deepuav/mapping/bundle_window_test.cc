@@ -1,0 +1,127 @@
+#include "deepuav/mapping/bundle_window.h"
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_map.h"
+
+namespace deepuav {
+namespace {
+
+SE3 At(const Eigen::Vector3d& centre) { return SE3(Eigen::Quaterniond::Identity(), -centre); }
+
+class AdjustWindowTest : public testing::Test {
+ protected:
+  AdjustWindowTest() {
+    Random random(3);
+    for (int i = 0; i < 8; ++i) poses_.push_back(At({0.4 * i, 0.02 * i * i, 0}));
+    made_ = MakeTrueMap(world_, poses_, {0.3, 0.3, 0, 0}, &random);
+  }
+
+  static FeatureWorld MakeWorld() {
+    Random random(1);
+    SyntheticWorld geometry;
+    geometry.landmarks_world = LandmarksInBox(300, {-6, -4, 6}, {9, 4, 14}, &random);
+    return FeatureWorld(geometry, 2);
+  }
+  std::vector<LandmarkId> Landmarks() const {
+    std::vector<LandmarkId> ids;
+    made_.map.landmarks().ForEach([&ids](const Landmark& l) { ids.push_back(l.id); });
+    return ids;
+  }
+  void Disturb(const std::vector<KeyframeId>& keyframes) {
+    Random random(4);
+    for (KeyframeId id : keyframes) {
+      made_.map.SetPose(id, Perturbed(made_.map.At(id).cam_from_world, 0.05, 0.005, &random));
+    }
+    for (LandmarkId id : Landmarks()) {
+      made_.map.SetPosition(id, made_.map.At(id).position_world + 0.1 * RandomDirection(&random));
+    }
+  }
+  double CentreError(KeyframeId id) const {
+    const SE3& truth = poses_[static_cast<size_t>(id.value)];
+    return (made_.map.At(id).cam_from_world.InverseTranslation() - truth.InverseTranslation())
+        .norm();
+  }
+  BundleReport Adjust(const std::vector<KeyframeId>& free) {
+    return AdjustWindow(&made_.map, free, world_.world().pinhole, {});
+  }
+
+  const FeatureWorld world_ = MakeWorld();
+  std::vector<SE3> poses_;
+  SyntheticMap made_;
+};
+
+TEST_F(AdjustWindowTest, BringsPosesAndLandmarksBack) {
+  const std::vector<KeyframeId> free(made_.keyframes.begin() + 4, made_.keyframes.end());
+  Disturb(free);
+  for (KeyframeId id : free) ASSERT_GT(CentreError(id), 0.03);
+  const BundleReport report = Adjust(free);
+  EXPECT_LE(report.final_cost, report.initial_cost);
+  for (KeyframeId id : free) EXPECT_LT(CentreError(id), 0.01) << id.value;
+  double sum = 0;
+  for (size_t i = 0; i < made_.landmark_of.size(); ++i) {
+    if (!made_.map.Current(made_.landmark_of[i])) continue;
+    sum += (made_.map.At(made_.landmark_of[i]).position_world - world_.landmarks()[i]).norm();
+  }
+  EXPECT_LT(sum / made_.map.LandmarkCount(), 0.05);
+}
+
+TEST_F(AdjustWindowTest, HoldsTheOthersAndTheRootStill) {
+  Disturb(made_.keyframes);
+  std::vector<SE3> before;
+  for (KeyframeId id : made_.keyframes) before.push_back(made_.map.At(id).cam_from_world);
+  Adjust({made_.keyframes[0], made_.keyframes[3], made_.keyframes[4]});
+  for (size_t k = 0; k < before.size(); ++k) {
+    const bool moved =
+        made_.map.At(made_.keyframes[k]).cam_from_world.Matrix() != before[k].Matrix();
+    EXPECT_EQ(moved, k == 3 || k == 4) << k;
+  }
+}
+
+TEST_F(AdjustWindowTest, RemovesWrongObservations) {
+  int wrong = 0;
+  for (LandmarkId id : Landmarks()) {
+    if (id.value % 8 != 0 || made_.map.At(id).observations.size() < 5) continue;
+    // The key point of another landmark is taken for this one.
+    const Keyframe& keyframe = made_.map.At(made_.map.At(id).observations[2].keyframe);
+    for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      const LandmarkId other = keyframe.landmarks[i];
+      if (!other.valid() || other.value % 8 == 0) continue;
+      if (made_.map.At(other).observations.size() < 5) continue;
+      made_.map.RemoveObservation(keyframe.id, other);
+      made_.map.RemoveObservation(keyframe.id, id);
+      ASSERT_TRUE(made_.map.AddObservation(keyframe.id, static_cast<int>(i), id));
+      ++wrong;
+      break;
+    }
+  }
+  ASSERT_GT(wrong, 5);
+  Disturb({made_.keyframes[5]});
+  Adjust(made_.keyframes);
+  int left = 0;
+  made_.map.landmarks().ForEach([&](const Landmark& landmark) {
+    for (const Observation& o : landmark.observations) {
+      const int shown = made_.views[static_cast<size_t>(o.keyframe.value)]
+                            .landmark[static_cast<size_t>(o.keypoint)];
+      left += made_.landmark_of[static_cast<size_t>(shown)] != landmark.id;
+    }
+  });
+  EXPECT_EQ(left, 0);
+  for (KeyframeId id : made_.keyframes) EXPECT_LT(CentreError(id), 0.05);
+}
+
+TEST_F(AdjustWindowTest, StopsWhenAsked) {
+  Disturb({made_.keyframes[5]});
+  const double before = CentreError(made_.keyframes[5]);
+  int asked = 0;
+  AdjustWindow(&made_.map, {made_.keyframes[5]}, world_.world().pinhole, {}, [&asked] {
+    ++asked;
+    return true;
+  });
+  EXPECT_GE(asked, 1);
+  EXPECT_LE(asked, 4);
+  EXPECT_LE(CentreError(made_.keyframes[5]), before + 1e-9);
+}
+
+}  // namespace
+}  // namespace deepuav
