@@ -9,8 +9,8 @@ struct ExitStatus {
   int status;
 };
 
-// Each adds one subcommand, whose callback does the work; an Error thrown there ends the program with one line on
-// stderr and status 1.
+// Each adds one subcommand, whose callback does the work; an Error thrown there ends the program
+// with one line on stderr and status 1.
 void AddRunCommand(CLI::App& app);
 void AddEvalCommand(CLI::App& app);
 

@@ -1,5 +1,7 @@
 #include "dataset_images.h"
 
+#include <algorithm>
+
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 
@@ -13,8 +15,8 @@ DatasetImages::DatasetImages(Dataset* dataset, const FrameRange& range)
       next_(range.start) {
   if (stride_ < 1) throw Error("--stride is {}: expected at least 1", stride_);
   if (start_ < 0 || start_ >= end_) {
-    throw Error("frames {} up to {} of {}: expected at least one frame (--start, --end)", range.start, range.end,
-                dataset->size());
+    throw Error("frames {} up to {} of {}: expected at least one frame (--start, --end)",
+                range.start, range.end, dataset->size());
   }
 }
 
@@ -23,7 +25,8 @@ std::optional<TimedImage> DatasetImages::Next() {
     const int frame = next_;
     next_ += stride_;
     try {
-      return TimedImage{FrameId{(frame - start_) / stride_}, dataset_->Time(frame), dataset_->Load(frame)};
+      return TimedImage{FrameId{(frame - start_) / stride_}, dataset_->Time(frame),
+                        dataset_->Load(frame)};
     } catch (const Error& error) {
       ++unreadable_;
       Log().warn("frame {} left out: {}", frame, error.what());

@@ -10,6 +10,7 @@
 #include "deepuav/evaluation/trajectory_plot.h"
 #include "deepuav/evaluation/truth.h"
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
@@ -21,6 +22,22 @@ struct EvalArguments {
   std::string alignment = "sim3", rpe_unit = "frames", json, plot;
   EvaluationOptions options;
 };
+
+// CLI11's own checks name the largest double in full.
+CLI::Validator NumberThat(bool (*suits)(double), const char* expected) {
+  return CLI::Validator(
+      [=](const std::string& text) {
+        double number = 0;
+        if (IsNumber(text, &number) && suits(number)) return std::string();
+        return fmt::format("{}: expected {}", Quoted(text), expected);
+      },
+      "");
+}
+
+const CLI::Validator kPositive =
+    NumberThat([](double number) { return number > 0; }, "a number above 0");
+const CLI::Validator kNotNegative =
+    NumberThat([](double number) { return number >= 0; }, "a number of at least 0");
 
 void AddArguments(CLI::App& command, EvalArguments& arguments) {
   EvaluationOptions& options = arguments.options;
@@ -36,7 +53,7 @@ void AddArguments(CLI::App& command, EvalArguments& arguments) {
   command
       .add_option("--max-difference", options.association.max_difference_s,
                   "Largest difference of associated time stamps, s")
-      ->check(CLI::NonNegativeNumber)
+      ->check(kNotNegative)
       ->capture_default_str();
   command
       .add_option("--time-offset", options.association.time_offset_s,
@@ -47,16 +64,16 @@ void AddArguments(CLI::App& command, EvalArguments& arguments) {
   command.add_flag("--horizontal", options.horizontal,
                    "Errors in x and y alone; altitudes of photographs are not used");
   command.add_option("--start", options.start_s, "Evaluate from here on, s from the first truth")
-      ->check(CLI::NonNegativeNumber)
+      ->check(kNotNegative)
       ->capture_default_str();
   command.add_option("--end", options.end_s, "Evaluate to here, s from the first truth")
-      ->check(CLI::PositiveNumber);
+      ->check(kPositive);
 }
 
 void AddRelativeAndOutputArguments(CLI::App& command, EvalArguments& arguments) {
   RpeOptions& rpe = arguments.options.rpe;
   command.add_option("--rpe-delta", rpe.delta, "Step of the relative pose error")
-      ->check(CLI::PositiveNumber)
+      ->check(kPositive)
       ->capture_default_str();
   command.add_option("--rpe-unit", arguments.rpe_unit, "Unit of the step")
       ->check(CLI::IsMember({"frames", "m", "s"}))

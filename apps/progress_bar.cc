@@ -1,31 +1,49 @@
 #include "progress_bar.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <iostream>
 
+#include "deepuav/base/logging.h"
+
 namespace deepuav {
 namespace {
+
 constexpr double kRedrawSeconds = 0.2;
 constexpr int kBarWidth = 30;
+constexpr size_t kUsualColumns = 80;
+constexpr char kClearLine[] = "\r\033[K";
+
+size_t TerminalColumns() {
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : kUsualColumns;
+}
+
 }  // namespace
 
-ProgressBar::ProgressBar(int total) : total_(std::max(total, 1)), terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressBar::ProgressBar(int total)
+    : total_(std::max(total, 1)), terminal_(isatty(STDERR_FILENO) != 0) {
+  // A line of the log takes the place of the bar, which is drawn again below it.
+  if (terminal_) Log().set_pattern(fmt::format("{}%^%l%$: %v", kClearLine));
+}
 
 ProgressBar::~ProgressBar() {
-  if (terminal_) std::cerr << "\r\033[K" << std::flush;
+  if (terminal_) std::cerr << kClearLine << std::flush;
 }
 
 void ProgressBar::Advance(int done, const std::string& status) {
   if (!terminal_ || (since_drawn_.Seconds() < kRedrawSeconds && done < total_)) return;
   since_drawn_.Restart();
   const int filled = std::min(kBarWidth, kBarWidth * done / total_);
-  std::cerr << fmt::format("\r\033[K[{}{}] {}/{}  {:.1f} frames/s  {}", std::string(static_cast<size_t>(filled), '#'),
-                           std::string(static_cast<size_t>(kBarWidth - filled), '.'), done, total_,
-                           done / std::max(running_.Seconds(), 1e-3), status)
-            << std::flush;
+  std::string line =
+      fmt::format("[{:#<{}}{:.<{}}] {}/{}  {:.1f} frames/s  {}", "", filled, "", kBarWidth - filled,
+                  done, total_, done / std::max(running_.Seconds(), 1e-3), status);
+  line.resize(std::min(line.size(), TerminalColumns() - 1));  // a wrapped line cannot be redrawn
+  std::cerr << kClearLine << line << std::flush;
 }
 
 }  // namespace deepuav

@@ -1,13 +1,16 @@
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 #include <memory>
+#include <optional>
 
 #include "commands.h"
 #include "dataset_images.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/features/superpoint.h"
+#include "deepuav/io/atomic_file.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/matching/superglue.h"
@@ -44,7 +47,8 @@ struct MatcherChoice {
   }
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("method", method, "", "nearest (neighbours in descriptor space) or superglue (a network)");
+    visit("method", method, "",
+          "nearest (neighbours in descriptor space) or superglue (a network)");
   }
 };
 
@@ -56,6 +60,18 @@ struct RunOptions {
   NearestNeighbourOptions matching;
   SuperGlueOptions superglue;
   SystemOptions system;
+
+  void Check() const {
+    features.Check();
+    inference.Check();
+    matcher.Check();
+    if (matcher.method == "superglue") {
+      superglue.Check();
+    } else {
+      matching.Check();
+    }
+    system.Check();
+  }
 
   void Register(OptionRegistry* registry) {
     registry->Add("features", &features);
@@ -73,10 +89,15 @@ std::string DefaultCacheFolder() {
   return "";
 }
 
-void ReadOptions(const RunArguments& arguments, OptionRegistry* registry) {
+/// Options that are unknown or impossible are wrong use.
+void ReadOptions(const RunArguments& arguments, RunOptions* options, OptionRegistry* registry) try {
+  options->Register(registry);
   registry->Set("inference.cache_dir", DefaultCacheFolder());
   if (!arguments.config.empty()) LoadOptionsFile(arguments.config, registry);
   for (const std::string& assignment : arguments.assignments) registry->SetAssignment(assignment);
+  options->Check();
+} catch (const Error& error) {
+  throw CLI::ValidationError(error.what());
 }
 
 std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
@@ -87,15 +108,19 @@ std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
 
 std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera) {
   if (options.matcher.method == "superglue") {
-    return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue, options.inference);
+    return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue,
+                                              options.inference);
   }
   return std::make_unique<NearestNeighbourMatcher>(options.matching);
 }
 
+/// Throws Error when no file can be made in it.
 void MakeOutputFolder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw Error("{}: cannot make the output folder: {}", folder.string(), error.message());
+  // Before the work, not after it, it shows that nothing can be written here.
+  const AtomicFile probe(folder / "summary.json");
 }
 
 void Run(const RunArguments& arguments) {
@@ -103,10 +128,7 @@ void Run(const RunArguments& arguments) {
   LogToStderr(arguments.log_level);
   RunOptions options;
   OptionRegistry registry;
-  options.Register(&registry);
-  ReadOptions(arguments, &registry);
-  options.matcher.Check();
-  options.system.Check();
+  ReadOptions(arguments, &options, &registry);
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
@@ -118,20 +140,32 @@ void Run(const RunArguments& arguments) {
 
   std::signal(SIGINT, RememberSignal);
   std::signal(SIGTERM, RememberSignal);
-  RunFacts facts{arguments.dataset, dataset->Kind(), arguments.schedule, extractor.Description(),
-                 matcher->Description(), images.count(), 0, 0, 0, OptionTexts(registry)};
-  ProgressBar bar(images.count());
+  RunFacts facts{arguments.dataset,
+                 dataset->Kind(),
+                 arguments.schedule,
+                 extractor.Description(),
+                 matcher->Description(),
+                 images.count(),
+                 0,
+                 0,
+                 0,
+                 OptionTexts(registry)};
+  std::optional<ProgressBar> bar(images.count());
   const auto show_progress = [&](const FrameRecord& record) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
-    bar.Advance(static_cast<int>(record.id.value) + 1, record.located() ? "tracking" : record.reason);
+    bar->Advance(static_cast<int>(record.id.value) + 1,
+                 record.located() ? "tracking" : record.reason);
   };
   const Stopwatch running;
-  const SlamResult result = slam.Run(&images, schedule, show_progress, [] { return signal_received != 0; });
+  const SlamResult result =
+      slam.Run(&images, schedule, show_progress, [] { return signal_received != 0; });
+  bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
   WriteRunOutput(arguments.out, slam.atlas(), dataset->camera(), result, facts);
   std::cout << DescribeRun(slam.atlas(), result, facts);
-  if (!result.failure.empty()) throw Error("{} (what was computed is in {})", result.failure, arguments.out);
+  if (!result.failure.empty())
+    throw Error("{} (what was computed is in {})", result.failure, arguments.out);
   if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};
   if (result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
   if (slam.atlas().maps().empty()) {
@@ -139,26 +173,45 @@ void Run(const RunArguments& arguments) {
   }
 }
 
+void AddArguments(CLI::App& command, RunArguments& arguments) {
+  constexpr int kMaxFrame = std::numeric_limits<int>::max();
+  command.add_option("DATASET", arguments.dataset, "Folder or video file")->required();
+  command.add_option("--out", arguments.out, "Folder for the results, made if absent")->required();
+  command.add_option("--config", arguments.config, "YAML file of options");
+  command.add_option("--set", arguments.assignments, "One option as name=value; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--camera", arguments.camera,
+                     "Calibration (camera.yaml) that overrides the dataset's");
+  command.add_option("--start", arguments.range.start, "First frame, from 0")
+      ->check(CLI::Range(0, kMaxFrame).description(""))
+      ->capture_default_str();
+  command.add_option("--end", arguments.range.end, "One past the last frame; -1: all")
+      ->check(CLI::Range(-1, kMaxFrame).description(""))
+      ->capture_default_str();
+  command.add_option("--stride", arguments.range.stride, "Every n-th frame")
+      ->check(CLI::Range(1, kMaxFrame).description(""))
+      ->capture_default_str();
+  command
+      .add_option("--schedule", arguments.schedule,
+                  "Order of the work; live keeps the pace of the images")
+      ->check(CLI::IsMember({"sequential", "threaded", "live"}))
+      ->capture_default_str();
+  command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void AddRunCommand(CLI::App& app) {
   auto arguments = std::make_shared<RunArguments>();
-  CLI::App* command = app.add_subcommand("run", "SLAM over a dataset, a folder of photographs or a video");
+  CLI::App* command =
+      app.add_subcommand("run", "SLAM over a dataset, a folder of photographs or a video");
   command->footer(
       "Example:\n  deepuav run MH_01_easy --out out/mh01 --set features.model=superpoint.onnx\n"
-      "Datasets: EuRoC/ASL, TUM RGB-D, KITTI odometry, photographs with EXIF, video with camera.yaml.");
-  command->add_option("DATASET", arguments->dataset, "Folder or video file")->required();
-  command->add_option("--out", arguments->out, "Folder for the results, made if absent")->required();
-  command->add_option("--config", arguments->config, "YAML file of options");
-  command->add_option("--set", arguments->assignments, "One option as name=value; may be repeated")
-      ->allow_extra_args(false);
-  command->add_option("--camera", arguments->camera, "Calibration (camera.yaml) that overrides the dataset's");
-  command->add_option("--start", arguments->range.start, "First frame")->capture_default_str();
-  command->add_option("--end", arguments->range.end, "One past the last frame; -1: all")->capture_default_str();
-  command->add_option("--stride", arguments->range.stride, "Every n-th frame")->capture_default_str();
-  command->add_option("--schedule", arguments->schedule, "sequential, threaded or live")->capture_default_str();
-  command->add_option("--log-level", arguments->log_level, "trace, debug, info, warn, error or off")
-      ->capture_default_str();
+      "Datasets: EuRoC/ASL, TUM RGB-D, KITTI odometry, photographs with EXIF, video with "
+      "camera.yaml.");
+  AddArguments(*command, *arguments);
   command->callback([arguments] { Run(*arguments); });
 }
 

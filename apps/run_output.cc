@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/io/map_file.h"
@@ -33,7 +34,8 @@ MapId MainMap(const std::vector<int>& frames_by_map) {
 Trajectory FrameTrajectory(const SlamResult& result, MapId map) {
   Trajectory trajectory;
   for (const FrameRecord& record : result.frames) {
-    if (record.located() && record.map == map) trajectory.push_back({record.time, record.cam_from_world.Inverse()});
+    if (record.located() && record.map == map)
+      trajectory.push_back({record.time, record.cam_from_world.Inverse()});
   }
   return trajectory;
 }
@@ -43,7 +45,8 @@ Trajectory KeyframeTrajectory(const Map& map) {
   map.keyframes().ForEach([&](const Keyframe& keyframe) {
     trajectory.push_back({keyframe.frame.time, keyframe.cam_from_world.Inverse()});
   });
-  std::sort(trajectory.begin(), trajectory.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+  std::sort(trajectory.begin(), trajectory.end(),
+            [](const auto& a, const auto& b) { return a.time < b.time; });
   return trajectory;
 }
 
@@ -58,8 +61,8 @@ std::vector<ColoredPoint> Points(const Map& map) {
 
 double Quantile(std::vector<double> values, double quantile) {
   if (values.empty()) return 0;
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(values.size() - 1) + 0.5);
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(
+                                          quantile * static_cast<double>(values.size() - 1) + 0.5);
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }
@@ -80,7 +83,8 @@ Json StageTable(const SlamResult& result) {
 std::string TimingsCsv(const SlamResult& result) {
   std::string csv = "stage,call,milliseconds\n";
   for (const auto& [stage, durations] : result.stage_durations_s) {
-    for (size_t i = 0; i < durations.size(); ++i) csv += fmt::format("{},{},{:.4f}\n", stage, i, 1e3 * durations[i]);
+    for (size_t i = 0; i < durations.size(); ++i)
+      csv += fmt::format("{},{},{:.4f}\n", stage, i, 1e3 * durations[i]);
   }
   return csv;
 }
@@ -92,9 +96,9 @@ double PeakResidentMb() {
 }
 
 int CountTrackedOnline(const SlamResult& result) {
-  return static_cast<int>(std::count_if(result.frames.begin(), result.frames.end(), [](const FrameRecord& record) {
-    return record.located() && record.tracked_online;
-  }));
+  return static_cast<int>(std::count_if(
+      result.frames.begin(), result.frames.end(),
+      [](const FrameRecord& record) { return record.located() && record.tracked_online; }));
 }
 
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
@@ -132,21 +136,42 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
           {"options", facts.options}};
 }
 
+/// Names of files need not be UTF-8, but JSON is.
+std::string SummaryJson(const Json& summary) {
+  return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string MapTrajectoryName(int64_t map) { return fmt::format("trajectory-map-{}.txt", map); }
+
+/// Those of an earlier run would be taken for this one's.
+void RemoveMapTrajectories(const std::filesystem::path& folder) {
+  static const std::regex kName("trajectory-map-[0-9]+\\.txt");
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (std::regex_match(entry.path().filename().string(), kName)) found.push_back(entry.path());
+  }
+  for (const std::filesystem::path& file : found) std::filesystem::remove(file);
+}
+
 }  // namespace
 
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts) {
   const MapId main = MainMap(FramesByMap(atlas, result));
   WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main));
-  WriteTrajectory(folder / "keyframes.txt", main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
-  WritePly(folder / "points.ply", main.valid() ? Points(atlas.At(main)) : std::vector<ColoredPoint>{});
+  WriteTrajectory(folder / "keyframes.txt",
+                  main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
+  RemoveMapTrajectories(folder);
   for (const Map& map : atlas.maps()) {
     if (map.id() == main) continue;
-    WriteTrajectory(folder / fmt::format("trajectory-map-{}.txt", map.id().value), FrameTrajectory(result, map.id()));
+    WriteTrajectory(folder / MapTrajectoryName(map.id().value), FrameTrajectory(result, map.id()));
   }
-  WriteMapFile(folder / "map.deepuav", atlas, camera);
   WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
-  WriteFileAtomically(folder / "summary.json", Summary(atlas, result, facts).dump(2) + "\n");
+  WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
+  // The large ones last: on a full disk the others are there.
+  WritePly(folder / "points.ply",
+           main.valid() ? Points(atlas.At(main)) : std::vector<ColoredPoint>{});
+  WriteMapFile(folder / "map.deepuav", atlas, camera);
 }
 
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
@@ -154,11 +179,12 @@ std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunF
   std::string text;
   for (const Map& map : atlas.maps()) {
     text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", map.id().value,
-                        frames[static_cast<size_t>(map.id().value)], result.frames.size(), map.KeyframeCount(),
-                        map.LandmarkCount());
+                        frames[static_cast<size_t>(map.id().value)], result.frames.size(),
+                        map.KeyframeCount(), map.LandmarkCount());
   }
-  text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n", result.frames.size(),
-                      facts.wall_s, static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9),
+  text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n",
+                      result.frames.size(), facts.wall_s,
+                      static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9),
                       PeakResidentMb());
   return text;
 }

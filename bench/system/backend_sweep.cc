@@ -1,9 +1,11 @@
-// Runs everything behind the features with several option sets over the same features, extracted once and kept in a
-// file, and prints one line each: what an option does to accuracy, without the networks' time.
+// Runs everything behind the features with several option sets over the same features, extracted
+// once and kept in a file, and prints one line each: what an option does to accuracy, without the
+// networks' time.
 //
 //   backend_sweep DATASET FEATURES_FILE MODEL.onnx ["name=value name=value ..." ...]
 //
-// Beside the program's options, stride=N runs every N-th frame, start=N and end=N a part, and keypoints=N keeps the best.
+// Beside the program's options, stride=N runs every N-th frame, start=N and end=N a part, and
+// keypoints=N keeps the best.
 
 #include <fmt/format.h>
 
@@ -74,7 +76,8 @@ struct Part {
 /// Gives the frames' features in order of the calls.
 class StoredExtractor : public Extractor {
  public:
-  StoredExtractor(const std::vector<Features>* features, const Part& part) : features_(features), part_(part) {}
+  StoredExtractor(const std::vector<Features>* features, const Part& part)
+      : features_(features), part_(part) {}
 
   Features Extract(const GreyImage& /*image*/, ExtractionTimes* /*times*/) override {
     const Features& all = features_->at(static_cast<size_t>(part_.Frame(next_++)));
@@ -109,8 +112,10 @@ class EmptyImages : public ImageSource {
 
 /// Takes the words that name a part of the sequence; false for another.
 bool SetPart(const std::string& word, Part* part) {
-  const std::map<std::string, int*> fields = {
-      {"start", &part->start}, {"end", &part->end}, {"stride", &part->stride}, {"keypoints", &part->keypoints}};
+  const std::map<std::string, int*> fields = {{"start", &part->start},
+                                              {"end", &part->end},
+                                              {"stride", &part->stride},
+                                              {"keypoints", &part->keypoints}};
   const size_t equals = word.find('=');
   const auto field = fields.find(word.substr(0, equals));
   if (field == fields.end()) return false;
@@ -118,7 +123,8 @@ bool SetPart(const std::string& word, Part* part) {
   return true;
 }
 
-std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file, const std::string& model) {
+std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
+                                    const std::string& model) {
   std::vector<Features> all;
   if (std::ifstream stored(file, std::ios::binary); stored) {
     for (int i = 0; i < dataset->size(); ++i) all.push_back(ReadFeatures(stored));
@@ -168,13 +174,15 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     EvaluationOptions evaluation;
     evaluation.horizontal = !truth.has_orientation;
     double ate = std::nan("");
-    if (trajectory.size() > 5) ate = EvaluateTrajectory(truth, trajectory, evaluation).ate.statistics_m.rmse;
-    fmt::print("   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m\n", map.id().value, trajectory.size(),
-               map.KeyframeCount(), map.LandmarkCount(), ate);
+    if (trajectory.size() > 5)
+      ate = EvaluateTrajectory(truth, trajectory, evaluation).ate.statistics_m.rmse;
+    fmt::print("   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m\n", map.id().value,
+               trajectory.size(), map.KeyframeCount(), map.LandmarkCount(), ate);
   }
   int shown = 0;
   for (const FrameRecord& record : result.frames) {
-    if (!record.located() && shown++ < 5) fmt::print("   frame {} has no pose: {}\n", record.id.value, record.reason);
+    if (!record.located() && shown++ < 5)
+      fmt::print("   frame {} has no pose: {}\n", record.id.value, record.reason);
   }
   fmt::print("   {:.1f} s\n", running.Seconds());
   std::fflush(stdout);
@@ -194,7 +202,8 @@ int main(int argc, char** argv) {
     const deepuav::Truth truth = deepuav::LoadTruth(argv[1], false);
     std::vector<std::string> variants(argv + 4, argv + argc);
     if (variants.empty()) variants.push_back("");
-    for (const std::string& variant : variants) deepuav::RunVariant(*dataset, features, truth, variant);
+    for (const std::string& variant : variants)
+      deepuav::RunVariant(*dataset, features, truth, variant);
   } catch (const std::exception& error) {
     std::cerr << "backend_sweep: " << error.what() << "\n";
     return 1;

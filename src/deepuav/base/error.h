@@ -7,8 +7,9 @@
 
 namespace deepuav {
 
-/// Bad input or wrong use. The message is one line that names the file, line or field, what was found and what was
-/// expected; `main` prints it and exits non-zero. Estimators that find no solution return std::optional instead.
+/// Bad input or wrong use. The message is one line that names the file, line or field, what was
+/// found and what was expected; `main` prints it and exits non-zero. Estimators that find no
+/// solution return std::optional instead.
 class Error : public std::runtime_error {
  public:
   template <typename... Args>

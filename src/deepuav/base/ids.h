@@ -6,8 +6,8 @@
 
 namespace deepuav {
 
-/// An integer that names one thing of one kind. Ids are given in order of creation and never reused, so ordered
-/// containers of them iterate in a reproducible order.
+/// An integer that names one thing of one kind. Ids are given in order of creation and never
+/// reused, so ordered containers of them iterate in a reproducible order.
 template <typename Tag>
 struct Id {
   int64_t value = -1;

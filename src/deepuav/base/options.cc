@@ -48,11 +48,13 @@ void OptionRegistry::Set(const std::string& name, const std::string& text) {
     found->second.set(text);
     return;
   }
-  const auto nearest = std::min_element(entries_.begin(), entries_.end(), [&](const auto& a, const auto& b) {
-    return EditDistance(a.first, name) < EditDistance(b.first, name);
-  });
-  throw Error("unknown option '{}'{}", name,
-              nearest == entries_.end() ? "" : ": the nearest known one is '" + nearest->first + "'");
+  const auto nearest =
+      std::min_element(entries_.begin(), entries_.end(), [&](const auto& a, const auto& b) {
+        return EditDistance(a.first, name) < EditDistance(b.first, name);
+      });
+  throw Error(
+      "unknown option '{}'{}", name,
+      nearest == entries_.end() ? "" : ": the nearest known one is '" + nearest->first + "'");
 }
 
 void OptionRegistry::SetAssignment(const std::string& assignment) {
@@ -71,21 +73,24 @@ void OptionRegistry::AddValue(const std::string& name, bool* value, const std::s
 
 void OptionRegistry::AddValue(const std::string& name, int* value, const std::string& unit,
                               const std::string& meaning) {
-  entries_[name] = {unit, meaning,
-                    [=](const std::string& text) { *value = ParseNumber<int>(name, text, "a whole number"); },
-                    [=] { return std::to_string(*value); }};
+  entries_[name] = {
+      unit, meaning,
+      [=](const std::string& text) { *value = ParseNumber<int>(name, text, "a whole number"); },
+      [=] { return std::to_string(*value); }};
 }
 
 void OptionRegistry::AddValue(const std::string& name, double* value, const std::string& unit,
                               const std::string& meaning) {
-  entries_[name] = {unit, meaning,
-                    [=](const std::string& text) { *value = ParseNumber<double>(name, text, "a number"); },
-                    [=] { return fmt::format("{}", *value); }};
+  entries_[name] = {
+      unit, meaning,
+      [=](const std::string& text) { *value = ParseNumber<double>(name, text, "a number"); },
+      [=] { return fmt::format("{}", *value); }};
 }
 
 void OptionRegistry::AddValue(const std::string& name, std::string* value, const std::string& unit,
                               const std::string& meaning) {
-  entries_[name] = {unit, meaning, [=](const std::string& text) { *value = text; }, [=] { return *value; }};
+  entries_[name] = {unit, meaning, [=](const std::string& text) { *value = text; },
+                    [=] { return *value; }};
 }
 
 void CheckOption(bool holds, const std::string& name, double found, const std::string& expected) {

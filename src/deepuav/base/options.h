@@ -16,21 +16,22 @@ struct OptionEntry {
   std::function<std::string()> get;
 };
 
-/// The settable values of a program by dotted name ("tracking.keypoints"). Options structs list their members in
-/// `template <typename Visitor> void Visit(Visitor&& visit)`, calling `visit(name, member, unit, meaning)` for each.
-/// The registry refers to the structs, which must outlive it. Not thread-safe.
+/// The settable values of a program by dotted name ("tracking.keypoints"). Options structs list
+/// their members in `template <typename Visitor> void Visit(Visitor&& visit)`, calling `visit(name,
+/// member, unit, meaning)` for each. The registry refers to the structs, which must outlive it. Not
+/// thread-safe.
 class OptionRegistry {
  public:
   /// Adds the members of `options` under `prefix`.
   template <typename Options>
   void Add(const std::string& prefix, Options* options) {
-    options->Visit([&](const std::string& name, auto& value, const std::string& unit, const std::string& meaning) {
-      AddValue(prefix + "." + name, &value, unit, meaning);
-    });
+    options->Visit(
+        [&](const std::string& name, auto& value, const std::string& unit,
+            const std::string& meaning) { AddValue(prefix + "." + name, &value, unit, meaning); });
   }
 
-  /// Sets one value from its text. Throws Error for an unknown name (naming the nearest known one) and for a text that
-  /// is no value of the option's type.
+  /// Sets one value from its text. Throws Error for an unknown name (naming the nearest known one)
+  /// and for a text that is no value of the option's type.
   void Set(const std::string& name, const std::string& text);
 
   /// Sets from "name=value", as given to --set.
@@ -39,15 +40,20 @@ class OptionRegistry {
   const std::map<std::string, OptionEntry>& entries() const { return entries_; }
 
  private:
-  void AddValue(const std::string& name, bool* value, const std::string& unit, const std::string& meaning);
-  void AddValue(const std::string& name, int* value, const std::string& unit, const std::string& meaning);
-  void AddValue(const std::string& name, double* value, const std::string& unit, const std::string& meaning);
-  void AddValue(const std::string& name, std::string* value, const std::string& unit, const std::string& meaning);
+  void AddValue(const std::string& name, bool* value, const std::string& unit,
+                const std::string& meaning);
+  void AddValue(const std::string& name, int* value, const std::string& unit,
+                const std::string& meaning);
+  void AddValue(const std::string& name, double* value, const std::string& unit,
+                const std::string& meaning);
+  void AddValue(const std::string& name, std::string* value, const std::string& unit,
+                const std::string& meaning);
 
   std::map<std::string, OptionEntry> entries_;
 };
 
-/// Throws Error unless `holds`; for the Check() of options structs: `name` as in the registry, `found` its value.
+/// Throws Error unless `holds`; for the Check() of options structs: `name` as in the registry,
+/// `found` its value.
 void CheckOption(bool holds, const std::string& name, double found, const std::string& expected);
 
 }  // namespace deepuav

@@ -9,7 +9,8 @@
 
 namespace deepuav {
 
-/// A first-in first-out queue that holds at most `capacity` items. Thread-safe: any number of producers and consumers.
+/// A first-in first-out queue that holds at most `capacity` items. Thread-safe: any number of
+/// producers and consumers.
 template <typename T>
 class BoundedQueue {
  public:

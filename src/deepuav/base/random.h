@@ -6,8 +6,9 @@
 
 namespace deepuav {
 
-/// The one source of randomness: seeded from the options, passed in where it is used. The distributions are written out
-/// here because the standard's are free to differ between libraries. Not thread-safe: one per owner.
+/// The one source of randomness: seeded from the options, passed in where it is used. The
+/// distributions are written out here because the standard's are free to differ between libraries.
+/// Not thread-safe: one per owner.
 class Random {
  public:
   explicit Random(uint64_t seed) : engine_(seed) {}

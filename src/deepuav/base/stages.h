@@ -2,7 +2,8 @@
 
 namespace deepuav {
 
-/// Hears when a stage of the work begins and ends. The parts that must hold no clock report to one; `system` measures.
+/// Hears when a stage of the work begins and ends. The parts that must hold no clock report to one;
+/// `system` measures.
 class StageListener {
  public:
   virtual ~StageListener() = default;

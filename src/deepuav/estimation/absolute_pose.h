@@ -8,8 +8,8 @@
 namespace deepuav {
 
 struct AbsolutePoseOptions {
-  double max_error_px = 4;     ///< Inlier bound of the robust estimate.
-  double confidence = 0.999;   ///< Of the RANSAC.
+  double max_error_px = 4;    ///< Inlier bound of the robust estimate.
+  double confidence = 0.999;  ///< Of the RANSAC.
   int max_iterations = 500;
   int min_inliers = 12;
 
@@ -29,10 +29,11 @@ struct AbsolutePose {
   int inlier_count = 0;
 };
 
-/// The camera pose from 2-D to 3-D matches with outliers (P3P in a locally optimised RANSAC: OpenCV's USAC, seeded with
-/// `seed`). Nothing with fewer than min_inliers inliers in front of the camera.
+/// The camera pose from 2-D to 3-D matches with outliers (P3P in a locally optimised RANSAC:
+/// OpenCV's USAC, seeded with `seed`). Nothing with fewer than min_inliers inliers in front of the
+/// camera.
 std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,
-                                                 const std::vector<PoseObservation>& observations, uint64_t seed,
-                                                 const AbsolutePoseOptions& options);
+                                                 const std::vector<PoseObservation>& observations,
+                                                 uint64_t seed, const AbsolutePoseOptions& options);
 
 }  // namespace deepuav

@@ -16,14 +16,16 @@ struct PoseObservation {
 };
 
 struct MotionOnlyOptions {
-  int rounds = 4;               ///< Outliers are classified anew after each.
-  int iterations = 10;          ///< Gauss-Newton steps a round.
-  double chi_square = 5.991;    ///< 95 % of a 2-D error; inlier bound and Huber threshold (its square root).
+  int rounds = 4;       ///< Outliers are classified anew after each.
+  int iterations = 10;  ///< Gauss-Newton steps a round.
+  double chi_square =
+      5.991;  ///< 95 % of a 2-D error; inlier bound and Huber threshold (its square root).
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("rounds", rounds, "", "rounds of optimisation, each followed by a new classification of outliers");
+    visit("rounds", rounds, "",
+          "rounds of optimisation, each followed by a new classification of outliers");
     visit("iterations", iterations, "", "Gauss-Newton steps a round");
     visit("chi_square", chi_square, "", "bound on the squared error over sigma of an inlier");
   }
@@ -33,13 +35,16 @@ struct MotionOnlyResult {
   SE3 cam_from_world;
   std::vector<uint8_t> inlier;  ///< One per observation.
   int inlier_count = 0;
-  double rms_px = 0;            ///< Of the inliers.
-  Matrix6d information = Matrix6d::Zero();  ///< J^T W J at the solution, twist [translation; rotation], left-multiplied.
+  double rms_px = 0;                        ///< Of the inliers.
+  Matrix6d information = Matrix6d::Zero();  ///< J^T W J at the solution, twist [translation;
+                                            ///< rotation], left-multiplied.
 };
 
-/// Optimises a camera pose against fixed landmarks (ORB-SLAM, Mur-Artal 2015, section V; Huber loss in all rounds but
-/// the last). The landmarks behind the camera are outliers. With fewer than 3 inliers the pose returned is `initial`.
-MotionOnlyResult OptimizePose(const Pinhole& pinhole, const std::vector<PoseObservation>& observations,
+/// Optimises a camera pose against fixed landmarks (ORB-SLAM, Mur-Artal 2015, section V; Huber loss
+/// in all rounds but the last). The landmarks behind the camera are outliers. With fewer than 3
+/// inliers the pose returned is `initial`.
+MotionOnlyResult OptimizePose(const Pinhole& pinhole,
+                              const std::vector<PoseObservation>& observations,
                               const SE3& initial_cam_from_world, const MotionOnlyOptions& options);
 
 }  // namespace deepuav

@@ -13,8 +13,8 @@ class Descriptors {
  public:
   explicit Descriptors(int dimension = 256) : dimension_(dimension) {}
 
-  /// Restores what stored_values() and scales() gave. Throws Error where the sizes do not agree, for
-  /// the value -128, which never occurs, and for a scale negative or not finite.
+  /// Restores what stored_values() and scales() gave. Throws Error where the sizes do not agree,
+  /// for the value -128, which never occurs, and for a scale negative or not finite.
   static Descriptors FromStored(int dimension, std::vector<int8_t> values,
                                 std::vector<float> scales);
 

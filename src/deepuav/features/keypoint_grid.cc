@@ -1,7 +1,6 @@
 #include "deepuav/features/keypoint_grid.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace deepuav {
@@ -32,11 +31,14 @@ KeypointGrid::KeypointGrid(const Features& features) : features_(features) {
 }
 
 int KeypointGrid::Column(float x) const {
-  return std::clamp(static_cast<int>(std::floor((x - origin_px_.x()) / kCellPx)), 0, columns_ - 1);
+  // Clamped before the conversion: far outside, the column has no int.
+  return static_cast<int>(
+      std::clamp((x - origin_px_.x()) / kCellPx, 0.0f, static_cast<float>(columns_ - 1)));
 }
 
 int KeypointGrid::Row(float y) const {
-  return std::clamp(static_cast<int>(std::floor((y - origin_px_.y()) / kCellPx)), 0, rows_ - 1);
+  return static_cast<int>(
+      std::clamp((y - origin_px_.y()) / kCellPx, 0.0f, static_cast<float>(rows_ - 1)));
 }
 
 void KeypointGrid::Find(const Eigen::Vector2d& px, double radius_px,

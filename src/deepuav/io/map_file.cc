@@ -38,6 +38,8 @@ class AtlasReader {
       loaded.atlas.Add(Map::Restore(std::move(state)));
     }
     sections_.ExpectEnd();
+    CheckCounter(head_.ids.keyframes, "keyframe");
+    CheckCounter(head_.ids.landmarks, "landmark");
     CheckUnique(&keyframes_, "keyframe");
     CheckUnique(&landmarks_, "landmark");
     return loaded;
@@ -70,7 +72,6 @@ class AtlasReader {
   template <typename Thing, typename IdType>
   void CollectIds(const std::vector<Thing>& things, int64_t given, const char* kind,
                   std::vector<IdType>* ids) {
-    if (given < 0) throw Error("{} {}s were numbered: expected 0 or more", given, kind);
     IdType largest;
     for (const Thing& thing : things) {
       CheckGiven(thing.id, given, kind);
@@ -78,13 +79,20 @@ class AtlasReader {
       ids->push_back(thing.id);
     }
     id_slots_ += static_cast<uint64_t>(largest.value + 1);
-    const uint64_t most = kFreeIds + sections_.content_bytes();
-    const uint64_t found = std::max(id_slots_, static_cast<uint64_t>(given));
-    if (found > most) {
-      throw Error("{} {}s were numbered: expected at most {} in a file of this size", found, kind,
-                  most);
+    if (id_slots_ > MostIds()) {
+      throw Error("{} {}: expected ids that sum to at most {} in a file of this size", kind,
+                  largest.value, MostIds());
     }
   }
+
+  void CheckCounter(int64_t given, const char* kind) const {
+    if (given < 0 || static_cast<uint64_t>(given) > MostIds()) {
+      throw Error("{} {}s were numbered: expected 0 to {} in a file of this size", given, kind,
+                  MostIds());
+    }
+  }
+
+  uint64_t MostIds() const { return kFreeIds + sections_.content_bytes(); }
 
   template <typename IdType>
   static void CheckGiven(IdType id, int64_t given, const char* kind) {

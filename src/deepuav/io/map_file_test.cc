@@ -226,10 +226,21 @@ TEST_F(MapFileTest, LyingIdsAreRefused) {
   // The counters end the atlas section: ids, landmarks, maps.
   const size_t end = sections[0].content.size();
   EXPECT_THAT(with_number(0, end - 24, 3), HasSubstr("keyframe 3: expected fewer than the 3"));
-  EXPECT_THAT(with_number(0, end - 24, int64_t{1} << 60), HasSubstr("expected at most"));
-  EXPECT_THAT(with_number(0, end - 16, int64_t{1} << 60), HasSubstr("expected at most"));
+  EXPECT_THAT(with_number(0, end - 24, int64_t{1} << 60), HasSubstr("keyframes were numbered"));
+  EXPECT_THAT(with_number(0, end - 16, int64_t{1} << 60), HasSubstr("landmarks were numbered"));
   EXPECT_THAT(with_number(0, end - 8, 2), HasSubstr("is 'MAP '"));
   EXPECT_THAT(with_number(0, end - 8, int64_t{1} << 62), HasSubstr("is 'END '"));
+}
+
+/// An id for which a map would take far more memory than the file has bytes.
+TEST_F(MapFileTest, HugeIdsAreRefused) {
+  Atlas atlas;
+  Map& map = atlas.Add(Map(atlas.NextMap()));
+  const LandmarkId huge{int64_t{1} << 25};
+  map.AddLandmark(huge, {1, 2, 3}, {});
+  atlas.ids().landmarks = huge.value + 1;
+  WriteAtlas(atlas);
+  EXPECT_THAT(ErrorOf([&] { ReadMapFile(file_); }), HasSubstr("landmark 33554432: expected ids"));
 }
 
 int64_t PeakMemoryKiB() {

@@ -7,13 +7,14 @@
 
 namespace deepuav {
 
-/// Things by id: constant-time access, iteration in order of id. An erased thing leaves one empty pointer.
-/// References stay valid until their thing is erased. Thread-compatible.
+/// Things by id: constant-time access, iteration in order of id. An erased thing leaves one empty
+/// pointer. References stay valid until their thing is erased. Thread-compatible.
 template <typename IdType, typename T>
 class IdStore {
  public:
   bool Contains(IdType id) const {
-    return id.valid() && id.value < static_cast<int64_t>(slots_.size()) && slots_[Slot(id)] != nullptr;
+    return id.valid() && id.value < static_cast<int64_t>(slots_.size()) &&
+           slots_[Slot(id)] != nullptr;
   }
   T& At(IdType id) {
     assert(Contains(id));

@@ -14,9 +14,9 @@ struct Keyframe {
   KeyframeId id;
   Frame frame;
   SE3 cam_from_world;
-  std::vector<LandmarkId> landmarks;     ///< One per key point; invalid where there is none.
-  std::map<KeyframeId, int> covisible;   ///< Keyframes that share landmarks, and how many.
-  KeyframeId parent;                     ///< In the spanning tree; invalid for the root.
+  std::vector<LandmarkId> landmarks;    ///< One per key point; invalid where there is none.
+  std::map<KeyframeId, int> covisible;  ///< Keyframes that share landmarks, and how many.
+  KeyframeId parent;                    ///< In the spanning tree; invalid for the root.
   std::set<KeyframeId> children;
 
   const Features& features() const { return *frame.features; }

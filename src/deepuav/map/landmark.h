@@ -20,7 +20,8 @@ struct Landmark {
   std::vector<Observation> observations;  ///< By keyframe id; at most one a keyframe.
   KeyframeId created_by;                  ///< The newest keyframe when it was made.
 
-  /// Where it can be recognised from: the mean direction from landmark to cameras, and their distances.
+  /// Where it can be recognised from: the mean direction from landmark to cameras, and their
+  /// distances.
   Eigen::Vector3d mean_view_direction = Eigen::Vector3d::Zero();
   double min_distance = 0, max_distance = 0;
   Observation representative;  ///< Whose descriptor stands for the landmark.

@@ -26,10 +26,11 @@ struct LocalKeyframe {
   std::vector<int> landmarks;  ///< Per key point an index into LocalMap::landmarks, or -1.
 };
 
-/// The surroundings of one keyframe, by value: what the Mapper publishes and the Tracker works on. Immutable.
+/// The surroundings of one keyframe, by value: what the Mapper publishes and the Tracker works on.
+/// Immutable.
 struct LocalMap {
   MapId map;
-  int centre = 0;  ///< Index into `keyframes`: the one it was made around.
+  int centre = 0;                        ///< Index into `keyframes`: the one it was made around.
   std::vector<LocalKeyframe> keyframes;  ///< By id.
   std::vector<LocalLandmark> landmarks;  ///< By id.
   Descriptors descriptors;               ///< One row a landmark.
@@ -44,12 +45,15 @@ struct LocalMapOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_keyframes", max_keyframes, "", "most keyframes of the local map");
-    visit("min_shared_landmarks", min_shared_landmarks, "", "landmarks two keyframes share at least to be neighbours");
-    visit("max_landmarks", max_landmarks, "", "most landmarks of the local map, those of the nearest keyframes first");
+    visit("min_shared_landmarks", min_shared_landmarks, "",
+          "landmarks two keyframes share at least to be neighbours");
+    visit("max_landmarks", max_landmarks, "",
+          "most landmarks of the local map, those of the nearest keyframes first");
   }
 };
 
 /// Copies the keyframe, its covisible ones and theirs, with their landmarks.
-std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre, const LocalMapOptions& options);
+std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
+                                             const LocalMapOptions& options);
 
 }  // namespace deepuav

@@ -14,7 +14,8 @@ auto FindObservation(const std::vector<Observation>& observations, KeyframeId ke
 }  // namespace
 
 int Keyframe::LandmarkCount() const {
-  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(), [](LandmarkId l) { return l.valid(); }));
+  return static_cast<int>(
+      std::count_if(landmarks.begin(), landmarks.end(), [](LandmarkId l) { return l.valid(); }));
 }
 
 void Map::AddKeyframe(KeyframeId id, const Frame& frame, const SE3& cam_from_world) {
@@ -38,7 +39,8 @@ void Map::RemoveKeyframe(KeyframeId id) {
     if (landmark.valid()) RemoveObservation(id, landmark);
   }
   Reparent(keyframe);
-  culled_[id] = {keyframe.parent, keyframe.cam_from_world * keyframes_.At(keyframe.parent).cam_from_world.Inverse()};
+  culled_[id] = {keyframe.parent,
+                 keyframe.cam_from_world * keyframes_.At(keyframe.parent).cam_from_world.Inverse()};
   keyframes_.Erase(id);
 }
 
@@ -80,7 +82,8 @@ void Map::MergeLandmark(LandmarkId from, LandmarkId into) {
 }
 
 std::optional<LandmarkId> Map::Current(LandmarkId id) const {
-  for (auto next = merged_into_.find(id); next != merged_into_.end(); next = merged_into_.find(id)) id = next->second;
+  for (auto next = merged_into_.find(id); next != merged_into_.end(); next = merged_into_.find(id))
+    id = next->second;
   if (!Contains(id)) return std::nullopt;
   return id;
 }
@@ -138,7 +141,8 @@ void Map::UpdateViewRange(LandmarkId id) {
   landmark.max_distance = 0;
   for (const Observation& observation : landmark.observations) {
     const Eigen::Vector3d to_camera =
-        keyframes_.At(observation.keyframe).cam_from_world.InverseTranslation() - landmark.position_world;
+        keyframes_.At(observation.keyframe).cam_from_world.InverseTranslation() -
+        landmark.position_world;
     const double distance = to_camera.norm();
     sum += to_camera / distance;
     landmark.min_distance = std::min(landmark.min_distance, distance);
@@ -155,8 +159,9 @@ void Map::UpdateAppearance(LandmarkId id) {
     const Descriptors& descriptors = keyframes_.At(observation.keyframe).features().descriptors;
     float similarity = 0;
     for (const Observation& other : landmark.observations) {
-      similarity += descriptors.Similarity(
-          observation.keypoint, keyframes_.At(other.keyframe).features().descriptors, other.keypoint);
+      similarity += descriptors.Similarity(observation.keypoint,
+                                           keyframes_.At(other.keyframe).features().descriptors,
+                                           other.keypoint);
     }
     if (similarity > best_similarity) {
       best_similarity = similarity;
@@ -167,7 +172,8 @@ void Map::UpdateAppearance(LandmarkId id) {
 
 void Map::Rescale(double factor) {
   keyframes_.ForEach([&](Keyframe& keyframe) {
-    keyframe.cam_from_world = SE3(keyframe.cam_from_world.rotation(), factor * keyframe.cam_from_world.translation());
+    keyframe.cam_from_world =
+        SE3(keyframe.cam_from_world.rotation(), factor * keyframe.cam_from_world.translation());
   });
   landmarks_.ForEach([&](Landmark& landmark) {
     landmark.position_world *= factor;
@@ -175,7 +181,8 @@ void Map::Rescale(double factor) {
     landmark.max_distance *= factor;
   });
   for (auto& [id, culled] : culled_) {
-    culled.cam_from_parent = SE3(culled.cam_from_parent.rotation(), factor * culled.cam_from_parent.translation());
+    culled.cam_from_parent =
+        SE3(culled.cam_from_parent.rotation(), factor * culled.cam_from_parent.translation());
   }
 }
 
@@ -185,7 +192,8 @@ std::vector<KeyframeId> Map::Covisible(KeyframeId id, int min_shared, int max_co
     if (shared >= min_shared) weighted.push_back({-shared, other});
   }
   std::sort(weighted.begin(), weighted.end());
-  if (static_cast<int>(weighted.size()) > max_count) weighted.resize(static_cast<size_t>(max_count));
+  if (static_cast<int>(weighted.size()) > max_count)
+    weighted.resize(static_cast<size_t>(max_count));
   std::vector<KeyframeId> ids;
   for (const auto& entry : weighted) ids.push_back(entry.second);
   return ids;
@@ -201,7 +209,8 @@ SE3 Map::PoseOf(KeyframeId id) const {
 }
 
 KeyframeId Map::Remaining(KeyframeId id) const {
-  for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id)) id = culled->second.parent;
+  for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id))
+    id = culled->second.parent;
   return id;
 }
 
@@ -209,7 +218,8 @@ double Map::MedianDepth(KeyframeId id) const {
   const Keyframe& keyframe = keyframes_.At(id);
   std::vector<double> depths;
   for (LandmarkId landmark : keyframe.landmarks) {
-    if (landmark.valid()) depths.push_back((keyframe.cam_from_world * landmarks_.At(landmark).position_world).z());
+    if (landmark.valid())
+      depths.push_back((keyframe.cam_from_world * landmarks_.At(landmark).position_world).z());
   }
   if (depths.empty()) return 0;
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);

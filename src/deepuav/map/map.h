@@ -20,14 +20,14 @@ struct IdSource {
 
 struct MapState;
 
-/// Keyframes and landmarks that observe one another, the covisibility graph and the spanning tree. Every change goes
-/// through it, so that both sides of an observation and the covisibility weights always agree. Thread-compatible: one
-/// writer, the Mapper; others get copies.
+/// Keyframes and landmarks that observe one another, the covisibility graph and the spanning tree.
+/// Every change goes through it, so that both sides of an observation and the covisibility weights
+/// always agree. Thread-compatible: one writer, the Mapper; others get copies.
 class Map {
  public:
   explicit Map(MapId id) : id_(id) {}
-  /// A map from what was saved of it. Throws Error naming the keyframe or landmark where the parts contradict one
-  /// another, so that a restored map can be relied on as any other.
+  /// A map from what was saved of it. Throws Error naming the keyframe or landmark where the parts
+  /// contradict one another, so that a restored map can be relied on as any other.
   static Map Restore(MapState state);
 
   MapId id() const { return id_; }
@@ -47,11 +47,11 @@ class Map {
 
   /// Adds a keyframe without observations.
   void AddKeyframe(KeyframeId id, const Frame& frame, const SE3& cam_from_world);
-  /// Hangs the keyframe into the spanning tree under the one it shares most landmarks with; `fallback` where it shares
-  /// none.
+  /// Hangs the keyframe into the spanning tree under the one it shares most landmarks with;
+  /// `fallback` where it shares none.
   void ConnectToParent(KeyframeId id, KeyframeId fallback);
-  /// Takes the keyframe and its observations away. Its children move to its parent's side, and its pose stays known
-  /// relative to a keyframe that remains. The root cannot be removed.
+  /// Takes the keyframe and its observations away. Its children move to its parent's side, and its
+  /// pose stays known relative to a keyframe that remains. The root cannot be removed.
   void RemoveKeyframe(KeyframeId id);
 
   void AddLandmark(LandmarkId id, const Eigen::Vector3d& position_world, KeyframeId created_by);
@@ -61,12 +61,15 @@ class Map {
   /// The landmark that stands for `id` now; nothing if it was removed.
   std::optional<LandmarkId> Current(LandmarkId id) const;
 
-  /// Does nothing and returns false when the keyframe has the landmark already, or the key point another.
+  /// Does nothing and returns false when the keyframe has the landmark already, or the key point
+  /// another.
   bool AddObservation(KeyframeId keyframe, int keypoint, LandmarkId landmark);
   /// A landmark that keeps fewer than two observations is removed.
   void RemoveObservation(KeyframeId keyframe, LandmarkId landmark);
 
-  void SetPose(KeyframeId id, const SE3& cam_from_world) { keyframes_.At(id).cam_from_world = cam_from_world; }
+  void SetPose(KeyframeId id, const SE3& cam_from_world) {
+    keyframes_.At(id).cam_from_world = cam_from_world;
+  }
   void SetPosition(LandmarkId id, const Eigen::Vector3d& position_world) {
     landmarks_.At(id).position_world = position_world;
   }

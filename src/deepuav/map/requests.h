@@ -19,8 +19,8 @@ struct ViewCount {
   int visible = 0, found = 0;
 };
 
-/// What the Tracker sends the Mapper when a frame shall become a keyframe. The pose is relative to a keyframe of the
-/// map, because the map may have moved since the Tracker saw it.
+/// What the Tracker sends the Mapper when a frame shall become a keyframe. The pose is relative to
+/// a keyframe of the map, because the map may have moved since the Tracker saw it.
 struct KeyframeRequest {
   MapId map;
   Frame frame;

@@ -9,8 +9,8 @@ namespace deepuav {
 namespace {
 
 template <typename AnyLandmark>
-std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& cam_from_world, const Camera& camera,
-                                      const VisibilityOptions& options) {
+std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& cam_from_world,
+                                      const Camera& camera, const VisibilityOptions& options) {
   const Eigen::Vector3d point_cam = cam_from_world * landmark.position_world;
   if (point_cam.z() <= 0) return std::nullopt;
   const double distance = point_cam.norm();
@@ -22,8 +22,8 @@ std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& ca
   const double min_cosine = std::cos(options.max_view_angle_deg * std::numbers::pi / 180);
   if (to_camera.dot(landmark.mean_view_direction) < min_cosine) return std::nullopt;
   const auto image_px = camera.Distort(point_cam);
-  const bool inside = image_px && image_px->x() >= 0 && image_px->y() >= 0 && image_px->x() <= camera.width - 1 &&
-                      image_px->y() <= camera.height - 1;
+  const bool inside = image_px && image_px->x() >= 0 && image_px->y() >= 0 &&
+                      image_px->x() <= camera.width - 1 && image_px->y() <= camera.height - 1;
   if (!inside) return std::nullopt;
   return camera.pinhole.Project(point_cam);
 }
@@ -31,17 +31,20 @@ std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& ca
 }  // namespace
 
 void VisibilityOptions::Check() const {
-  CheckOption(max_view_angle_deg > 0 && max_view_angle_deg < 90, "visibility.max_view_angle_deg", max_view_angle_deg,
-              "above 0, below 90");
-  CheckOption(max_distance_factor >= 1, "visibility.max_distance_factor", max_distance_factor, "at least 1");
+  CheckOption(max_view_angle_deg > 0 && max_view_angle_deg < 90, "visibility.max_view_angle_deg",
+              max_view_angle_deg, "above 0, below 90");
+  CheckOption(max_distance_factor >= 1, "visibility.max_distance_factor", max_distance_factor,
+              "at least 1");
 }
 
-std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark, const SE3& cam_from_world,
-                                             const Camera& camera, const VisibilityOptions& options) {
+std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark,
+                                             const SE3& cam_from_world, const Camera& camera,
+                                             const VisibilityOptions& options) {
   return Expect(landmark, cam_from_world, camera, options);
 }
 
-std::optional<Eigen::Vector2d> ExpectedPixel(const Landmark& landmark, const SE3& cam_from_world, const Camera& camera,
+std::optional<Eigen::Vector2d> ExpectedPixel(const Landmark& landmark, const SE3& cam_from_world,
+                                             const Camera& camera,
                                              const VisibilityOptions& options) {
   return Expect(landmark, cam_from_world, camera, options);
 }

@@ -15,16 +15,20 @@ struct VisibilityOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_view_angle_deg", max_view_angle_deg, "deg", "between the view and a landmark's mean viewing direction");
-    visit("max_distance_factor", max_distance_factor, "", "beyond the distances a landmark was seen from");
+    visit("max_view_angle_deg", max_view_angle_deg, "deg",
+          "between the view and a landmark's mean viewing direction");
+    visit("max_distance_factor", max_distance_factor, "",
+          "beyond the distances a landmark was seen from");
   }
 };
 
-/// The undistorted pixel at which a camera should see the landmark; nothing when it lies outside the image, or would
-/// look too different from there to be recognised.
-std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark, const SE3& cam_from_world,
-                                             const Camera& camera, const VisibilityOptions& options);
-std::optional<Eigen::Vector2d> ExpectedPixel(const Landmark& landmark, const SE3& cam_from_world, const Camera& camera,
+/// The undistorted pixel at which a camera should see the landmark; nothing when it lies outside
+/// the image, or would look too different from there to be recognised.
+std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark,
+                                             const SE3& cam_from_world, const Camera& camera,
+                                             const VisibilityOptions& options);
+std::optional<Eigen::Vector2d> ExpectedPixel(const Landmark& landmark, const SE3& cam_from_world,
+                                             const Camera& camera,
                                              const VisibilityOptions& options);
 
 }  // namespace deepuav

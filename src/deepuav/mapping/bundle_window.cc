@@ -43,10 +43,13 @@ Window MakeWindow(const Map& map, const std::vector<KeyframeId>& free, const Pin
     const Landmark& landmark = map.At(window.landmarks[l]);
     window.problem.landmarks_world.push_back(landmark.position_world);
     for (const Observation& o : landmark.observations) {
-      const auto camera = std::lower_bound(window.keyframes.begin(), window.keyframes.end(), o.keyframe);
-      const Keypoint& keypoint = map.At(o.keyframe).features().keypoints[static_cast<size_t>(o.keypoint)];
+      const auto camera =
+          std::lower_bound(window.keyframes.begin(), window.keyframes.end(), o.keyframe);
+      const Keypoint& keypoint =
+          map.At(o.keyframe).features().keypoints[static_cast<size_t>(o.keypoint)];
       window.problem.observations.push_back({static_cast<int>(camera - window.keyframes.begin()),
-                                             static_cast<int>(l), keypoint.px.cast<double>(), keypoint.sigma_px});
+                                             static_cast<int>(l), keypoint.px.cast<double>(),
+                                             keypoint.sigma_px});
     }
   }
   return window;
@@ -55,15 +58,18 @@ Window MakeWindow(const Map& map, const std::vector<KeyframeId>& free, const Pin
 void RemoveOutliers(const BundleReport& report, const Window& window, Map* map) {
   for (size_t i = 0; i < report.outlier.size(); ++i) {
     if (!report.outlier[i]) continue;
-    const LandmarkId landmark = window.landmarks[static_cast<size_t>(window.problem.observations[i].landmark)];
+    const LandmarkId landmark =
+        window.landmarks[static_cast<size_t>(window.problem.observations[i].landmark)];
     if (!map->Contains(landmark)) continue;
-    map->RemoveObservation(window.keyframes[static_cast<size_t>(window.problem.observations[i].camera)], landmark);
+    map->RemoveObservation(
+        window.keyframes[static_cast<size_t>(window.problem.observations[i].camera)], landmark);
   }
 }
 
 void WriteBack(const Window& window, Map* map) {
   for (size_t k = 0; k < window.keyframes.size(); ++k) {
-    if (!window.problem.camera_fixed[k]) map->SetPose(window.keyframes[k], window.problem.cam_from_world[k]);
+    if (!window.problem.camera_fixed[k])
+      map->SetPose(window.keyframes[k], window.problem.cam_from_world[k]);
   }
   for (size_t l = 0; l < window.landmarks.size(); ++l) {
     if (!map->Contains(window.landmarks[l])) continue;

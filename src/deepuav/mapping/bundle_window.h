@@ -8,10 +8,12 @@
 
 namespace deepuav {
 
-/// Adjusts the poses of `free` keyframes and all landmarks they see; other keyframes that see these landmarks hold still
-/// and anchor them. Writes the result into the map and removes the observations found to be outliers. Returns the
-/// report of the second of two runs: outliers of the first are left out of it.
+/// Adjusts the poses of `free` keyframes and all landmarks they see; other keyframes that see these
+/// landmarks hold still and anchor them. Writes the result into the map and removes the
+/// observations found to be outliers. Returns the report of the second of two runs: outliers of the
+/// first are left out of it.
 BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
-                          const BundleOptions& options, const std::function<bool()>& stop = nullptr);
+                          const BundleOptions& options,
+                          const std::function<bool()>& stop = nullptr);
 
 }  // namespace deepuav

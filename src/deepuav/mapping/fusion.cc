@@ -14,7 +14,8 @@ std::vector<KeyframeId> NeighboursAndTheirs(const Map& map, KeyframeId id, int m
   std::set<KeyframeId> taken(neighbours.begin(), neighbours.end());
   taken.insert(id);
   const size_t first_ring = neighbours.size();
-  for (size_t i = 0; i < first_ring && neighbours.size() < 2 * static_cast<size_t>(max_neighbours); ++i) {
+  for (size_t i = 0; i < first_ring && neighbours.size() < 2 * static_cast<size_t>(max_neighbours);
+       ++i) {
     for (KeyframeId second : map.Covisible(neighbours[i], 1, 5)) {
       if (taken.insert(second).second) neighbours.push_back(second);
     }
@@ -23,8 +24,8 @@ std::vector<KeyframeId> NeighboursAndTheirs(const Map& map, KeyframeId id, int m
 }
 
 /// Looks for `landmarks` in the keyframe; adds those that gained observations to `changed`.
-void FuseInto(Map* map, KeyframeId id, const std::vector<LandmarkId>& landmarks, const Camera& camera,
-              const FusionOptions& options, std::set<LandmarkId>* changed) {
+void FuseInto(Map* map, KeyframeId id, const std::vector<LandmarkId>& landmarks,
+              const Camera& camera, const FusionOptions& options, std::set<LandmarkId>* changed) {
   const Keyframe& keyframe = map->At(id);
   std::vector<ProjectionTarget> targets;
   std::vector<LandmarkId> sought;
@@ -50,7 +51,8 @@ void FuseInto(Map* map, KeyframeId id, const std::vector<LandmarkId>& landmarks,
       changed->insert(wanted);
       continue;
     }
-    const bool keep_there = map->At(there).observations.size() >= map->At(wanted).observations.size();
+    const bool keep_there =
+        map->At(there).observations.size() >= map->At(wanted).observations.size();
     map->MergeLandmark(keep_there ? wanted : there, keep_there ? there : wanted);
     changed->insert(keep_there ? there : wanted);
   }

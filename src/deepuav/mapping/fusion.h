@@ -8,8 +8,8 @@
 namespace deepuav {
 
 struct FusionOptions {
-  double radius_px = 3;         ///< Search window around a projected landmark.
-  int max_neighbours = 15;      ///< Keyframes fused with the new one, and as many of theirs again.
+  double radius_px = 3;     ///< Search window around a projected landmark.
+  int max_neighbours = 15;  ///< Keyframes fused with the new one, and as many of theirs again.
   VisibilityOptions visibility;
   ProjectionOptions projection{0.75, 1.0};
 
@@ -17,12 +17,15 @@ struct FusionOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("radius_px", radius_px, "px", "search window around a projected landmark");
-    visit("max_neighbours", max_neighbours, "", "keyframes whose landmarks are fused with the new one's");
+    visit("max_neighbours", max_neighbours, "",
+          "keyframes whose landmarks are fused with the new one's");
   }
 };
 
-/// Finds the landmarks of neighbouring keyframes in this one and the other way round: adds the missing observations and
-/// merges landmarks that turn out to be one (Mur-Artal 2015, section VI-C).
-void FuseDuplicates(Map* map, KeyframeId keyframe, const Camera& camera, const FusionOptions& options);
+/// Finds the landmarks of neighbouring keyframes in this one and the other way round: adds the
+/// missing observations and merges landmarks that turn out to be one (Mur-Artal 2015, section
+/// VI-C).
+void FuseDuplicates(Map* map, KeyframeId keyframe, const Camera& camera,
+                    const FusionOptions& options);
 
 }  // namespace deepuav

@@ -26,15 +26,17 @@ bool ReprojectsWell(const Pinhole& pinhole, const SE3& cam_from_world, const Eig
   return error_px.squaredNorm() <= max_chi_square * keypoint.sigma_px * keypoint.sigma_px;
 }
 
-std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& keypoint_a, const Keyframe& b,
-                                           const Keypoint& keypoint_b, const Pinhole& pinhole,
-                                           const CreationOptions& options) {
+std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& keypoint_a,
+                                           const Keyframe& b, const Keypoint& keypoint_b,
+                                           const Pinhole& pinhole, const CreationOptions& options) {
   const auto point =
-      TriangulatePoint(a.cam_from_world, pinhole.Unproject(keypoint_a.px.cast<double>()), b.cam_from_world,
-                       pinhole.Unproject(keypoint_b.px.cast<double>()));
+      TriangulatePoint(a.cam_from_world, pinhole.Unproject(keypoint_a.px.cast<double>()),
+                       b.cam_from_world, pinhole.Unproject(keypoint_b.px.cast<double>()));
   if (!point || !point->allFinite()) return std::nullopt;
-  if (!ReprojectsWell(pinhole, a.cam_from_world, *point, keypoint_a, options.max_chi_square)) return std::nullopt;
-  if (!ReprojectsWell(pinhole, b.cam_from_world, *point, keypoint_b, options.max_chi_square)) return std::nullopt;
+  if (!ReprojectsWell(pinhole, a.cam_from_world, *point, keypoint_a, options.max_chi_square))
+    return std::nullopt;
+  if (!ReprojectsWell(pinhole, b.cam_from_world, *point, keypoint_b, options.max_chi_square))
+    return std::nullopt;
   const Eigen::Vector3d centre_a = a.cam_from_world.InverseTranslation();
   const Eigen::Vector3d centre_b = b.cam_from_world.InverseTranslation();
   const double min_parallax = options.min_parallax_deg * std::numbers::pi / 180;
@@ -45,7 +47,8 @@ std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& ke
 }
 
 bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, double min_ratio) {
-  const double baseline = (a.cam_from_world.InverseTranslation() - b.cam_from_world.InverseTranslation()).norm();
+  const double baseline =
+      (a.cam_from_world.InverseTranslation() - b.cam_from_world.InverseTranslation()).norm();
   return baseline < min_ratio * map.MedianDepth(b.id);
 }
 
@@ -53,27 +56,32 @@ bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, do
 
 void CreationOptions::Check() const {
   CheckOption(max_neighbours >= 1, "mapping.creation.max_neighbours", max_neighbours, "at least 1");
-  CheckOption(min_baseline_ratio >= 0, "mapping.creation.min_baseline_ratio", min_baseline_ratio, "0 or more");
-  CheckOption(min_parallax_deg > 0, "mapping.creation.min_parallax_deg", min_parallax_deg, "above 0");
+  CheckOption(min_baseline_ratio >= 0, "mapping.creation.min_baseline_ratio", min_baseline_ratio,
+              "0 or more");
+  CheckOption(min_parallax_deg > 0, "mapping.creation.min_parallax_deg", min_parallax_deg,
+              "above 0");
   CheckOption(max_chi_square > 0, "mapping.creation.max_chi_square", max_chi_square, "above 0");
-  CheckOption(max_distance_ratio >= 1, "mapping.creation.max_distance_ratio", max_distance_ratio, "at least 1");
+  CheckOption(max_distance_ratio >= 1, "mapping.creation.max_distance_ratio", max_distance_ratio,
+              "at least 1");
   epipolar.Check();
 }
 
-std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& pinhole, IdSource* ids,
-                                        const CreationOptions& options) {
+std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& pinhole,
+                                        IdSource* ids, const CreationOptions& options) {
   std::vector<LandmarkId> created;
   for (KeyframeId neighbour_id : map->Covisible(id, 1, options.max_neighbours)) {
     const Keyframe& keyframe = map->At(id);
     const Keyframe& neighbour = map->At(neighbour_id);
     if (BaselineIsTooShort(*map, keyframe, neighbour, options.min_baseline_ratio)) continue;
-    const SE3 neighbour_from_keyframe = neighbour.cam_from_world * keyframe.cam_from_world.Inverse();
-    const std::vector<Match> matches =
-        MatchEpipolar(keyframe.features(), KeypointsWithoutLandmark(keyframe), neighbour.features(),
-                      KeypointsWithoutLandmark(neighbour), pinhole, neighbour_from_keyframe, options.epipolar);
+    const SE3 neighbour_from_keyframe =
+        neighbour.cam_from_world * keyframe.cam_from_world.Inverse();
+    const std::vector<Match> matches = MatchEpipolar(
+        keyframe.features(), KeypointsWithoutLandmark(keyframe), neighbour.features(),
+        KeypointsWithoutLandmark(neighbour), pinhole, neighbour_from_keyframe, options.epipolar);
     for (const Match& match : matches) {
-      const auto point = Triangulate(keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
-                                     neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
+      const auto point = Triangulate(
+          keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
+          neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
       if (!point) continue;
       const LandmarkId landmark = ids->NextLandmark();
       map->AddLandmark(landmark, *point, id);

@@ -6,27 +6,32 @@
 namespace deepuav {
 
 struct CreationOptions {
-  int max_neighbours = 10;             ///< Keyframes matched with the new one.
-  double min_baseline_ratio = 0.01;    ///< Distance of the cameras over the neighbour's median depth.
+  int max_neighbours = 10;           ///< Keyframes matched with the new one.
+  double min_baseline_ratio = 0.01;  ///< Distance of the cameras over the neighbour's median depth.
   double min_parallax_deg = 1.0;
-  double max_chi_square = 5.991;       ///< Squared reprojection error over sigma in either view.
-  double max_distance_ratio = 2;       ///< Between the point's distances to the two cameras.
+  double max_chi_square = 5.991;  ///< Squared reprojection error over sigma in either view.
+  double max_distance_ratio = 2;  ///< Between the point's distances to the two cameras.
   EpipolarOptions epipolar;
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_neighbours", max_neighbours, "", "keyframes matched with a new one to create landmarks");
-    visit("min_baseline_ratio", min_baseline_ratio, "", "distance of two cameras over the median depth, at least");
+    visit("max_neighbours", max_neighbours, "",
+          "keyframes matched with a new one to create landmarks");
+    visit("min_baseline_ratio", min_baseline_ratio, "",
+          "distance of two cameras over the median depth, at least");
     visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a new landmark");
-    visit("max_chi_square", max_chi_square, "", "squared reprojection error over sigma of a new landmark, at most");
-    visit("max_distance_ratio", max_distance_ratio, "", "between a new landmark's distances to its cameras, at most");
+    visit("max_chi_square", max_chi_square, "",
+          "squared reprojection error over sigma of a new landmark, at most");
+    visit("max_distance_ratio", max_distance_ratio, "",
+          "between a new landmark's distances to its cameras, at most");
   }
 };
 
-/// Matches key points of the keyframe that show no landmark yet with those of its covisible keyframes, triangulates, and
-/// adds the landmarks that pass: parallax, in front of both cameras, reprojection error, similar distance. Returns them.
-std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId keyframe, const Pinhole& pinhole, IdSource* ids,
-                                        const CreationOptions& options);
+/// Matches key points of the keyframe that show no landmark yet with those of its covisible
+/// keyframes, triangulates, and adds the landmarks that pass: parallax, in front of both cameras,
+/// reprojection error, similar distance. Returns them.
+std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId keyframe, const Pinhole& pinhole,
+                                        IdSource* ids, const CreationOptions& options);
 
 }  // namespace deepuav

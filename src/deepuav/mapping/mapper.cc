@@ -7,12 +7,15 @@
 namespace deepuav {
 
 void MappingOptions::Check() const {
-  CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio", min_found_ratio, "0 to 1");
+  CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio",
+              min_found_ratio, "0 to 1");
   CheckOption(young_keyframes >= 1, "mapping.young_keyframes", young_keyframes, "at least 1");
-  CheckOption(min_young_observations >= 2, "mapping.min_young_observations", min_young_observations, "at least 2");
+  CheckOption(min_young_observations >= 2, "mapping.min_young_observations", min_young_observations,
+              "at least 2");
   CheckOption(window_keyframes >= 2, "mapping.window_keyframes", window_keyframes, "at least 2");
   CheckOption(redundant_ratio > 0, "mapping.redundant_ratio", redundant_ratio, "above 0");
-  CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers, "at least 1");
+  CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers,
+              "at least 1");
   local_map.Check();
   creation.Check();
   fusion.Check();
@@ -20,7 +23,8 @@ void MappingOptions::Check() const {
   global_bundle.Check();
 }
 
-Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages)
+Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas,
+               StageListener* stages)
     : camera_(camera), options_(options), atlas_(atlas), stages_(stages) {
   options_.Check();
 }
@@ -54,7 +58,8 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
   CullYoungLandmarks(keyframe, &map);
   {
     const StageScope stage(stages_, "create landmarks");
-    const auto created = CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
+    const auto created =
+        CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
     young_.insert(young_.end(), created.begin(), created.end());
   }
   {
@@ -70,7 +75,8 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
 KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
   const StageScope stage(stages_, "insert keyframe");
   for (const ViewCount& view : request.views) {
-    if (const auto landmark = map->Current(view.landmark)) map->CountViews(*landmark, view.visible, view.found);
+    if (const auto landmark = map->Current(view.landmark))
+      map->CountViews(*landmark, view.visible, view.found);
   }
   const KeyframeId id = atlas_->ids().NextKeyframe();
   map->AddKeyframe(id, request.frame, request.cam_from_reference * map->PoseOf(request.reference));

@@ -13,12 +13,15 @@
 namespace deepuav {
 
 struct MappingOptions {
-  double min_found_ratio = 0.25;      ///< Frames that matched a young landmark over those that should have.
-  int young_keyframes = 2;            ///< Keyframes after its creation by which a landmark must prove itself...
-  int min_young_observations = 3;     ///< ...by being seen from this many.
-  int window_keyframes = 20;          ///< Keyframes adjusted together with a new one.
-  double redundant_ratio = 0.9;       ///< Share of a keyframe's landmarks seen elsewhere that makes it redundant...
-  int redundant_observers = 3;        ///< ...by this many other keyframes.
+  double min_found_ratio =
+      0.25;  ///< Frames that matched a young landmark over those that should have.
+  int young_keyframes =
+      2;  ///< Keyframes after its creation by which a landmark must prove itself...
+  int min_young_observations = 3;  ///< ...by being seen from this many.
+  int window_keyframes = 20;       ///< Keyframes adjusted together with a new one.
+  double redundant_ratio =
+      0.9;  ///< Share of a keyframe's landmarks seen elsewhere that makes it redundant...
+  int redundant_observers = 3;  ///< ...by this many other keyframes.
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
@@ -28,12 +31,17 @@ struct MappingOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("min_found_ratio", min_found_ratio, "", "frames that matched a young landmark over those that should have");
-    visit("young_keyframes", young_keyframes, "", "keyframes after its creation while a landmark counts as young");
-    visit("min_young_observations", min_young_observations, "", "keyframes that see a landmark once it is not young");
+    visit("min_found_ratio", min_found_ratio, "",
+          "frames that matched a young landmark over those that should have");
+    visit("young_keyframes", young_keyframes, "",
+          "keyframes after its creation while a landmark counts as young");
+    visit("min_young_observations", min_young_observations, "",
+          "keyframes that see a landmark once it is not young");
     visit("window_keyframes", window_keyframes, "", "keyframes adjusted together with a new one");
-    visit("redundant_ratio", redundant_ratio, "", "share of landmarks seen elsewhere that makes a keyframe redundant");
-    visit("redundant_observers", redundant_observers, "", "other keyframes that must see these landmarks");
+    visit("redundant_ratio", redundant_ratio, "",
+          "share of landmarks seen elsewhere that makes a keyframe redundant");
+    visit("redundant_observers", redundant_observers, "",
+          "other keyframes that must see these landmarks");
   }
 };
 
@@ -43,11 +51,12 @@ class Mapper {
   /// `atlas` and `stages` (may be null) must outlive it.
   Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages);
 
-  /// Starts a new map, with the median depth of its first view as the unit of length. Nothing when the two views do not
-  /// hold as a map once adjusted.
+  /// Starts a new map, with the median depth of its first view as the unit of length. Nothing when
+  /// the two views do not hold as a map once adjusted.
   std::shared_ptr<const LocalMap> StartMap(const InitialMapRequest& request);
 
-  /// Takes a frame into the map as a keyframe (Mur-Artal 2015, section VI). Returns its surroundings.
+  /// Takes a frame into the map as a keyframe (Mur-Artal 2015, section VI). Returns its
+  /// surroundings.
   std::shared_ptr<const LocalMap> InsertKeyframe(const KeyframeRequest& request);
 
   /// Adjusts all of a map together.

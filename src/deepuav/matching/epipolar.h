@@ -12,7 +12,7 @@ namespace deepuav {
 struct EpipolarOptions {
   double max_distance_px = 2;    ///< From the epipolar line.
   double min_similarity = 0.75;  ///< Cosine.
-  double ratio = 0.95;           ///< As in NearestNeighbourOptions, among the candidates near the line.
+  double ratio = 0.95;  ///< As in NearestNeighbourOptions, among the candidates near the line.
   double min_epipole_distance_px = 10;  ///< Points nearer to the epipole have no parallax.
 
   void Check() const;
@@ -20,18 +20,21 @@ struct EpipolarOptions {
   void Visit(Visitor&& visit) {
     visit("max_distance_px", max_distance_px, "px", "distance of a match from the epipolar line");
     visit("min_similarity", min_similarity, "", "least cosine similarity of a match");
-    visit("ratio", ratio, "", "distance to the best over distance to the second best near the line, at most");
-    visit("min_epipole_distance_px", min_epipole_distance_px, "px", "points nearer to the epipole are left out");
+    visit("ratio", ratio, "",
+          "distance to the best over distance to the second best near the line, at most");
+    visit("min_epipole_distance_px", min_epipole_distance_px, "px",
+          "points nearer to the epipole are left out");
   }
 };
 
 /// The matrix with b^T F a = 0 for homogeneous pixels of one point in views a and b.
 Eigen::Matrix3d FundamentalFromPose(const Pinhole& pinhole, const SE3& b_from_a);
 
-/// Mutual nearest neighbours among the given key points of two views with known relative pose, near the epipolar line.
-/// Matches by rising `a`.
-std::vector<Match> MatchEpipolar(const Features& a, const std::vector<int>& keypoints_a, const Features& b,
-                                 const std::vector<int>& keypoints_b, const Pinhole& pinhole, const SE3& b_from_a,
+/// Mutual nearest neighbours among the given key points of two views with known relative pose, near
+/// the epipolar line. Matches by rising `a`.
+std::vector<Match> MatchEpipolar(const Features& a, const std::vector<int>& keypoints_a,
+                                 const Features& b, const std::vector<int>& keypoints_b,
+                                 const Pinhole& pinhole, const SE3& b_from_a,
                                  const EpipolarOptions& options);
 
 }  // namespace deepuav

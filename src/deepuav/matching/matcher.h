@@ -13,8 +13,8 @@ struct Match {
   float score = 0;  ///< In 0..1, higher is surer; comparable within one matcher only.
 };
 
-/// Finds which key points of two images show the same thing, without knowing their poses. Each key point is in at most
-/// one match. One user at a time.
+/// Finds which key points of two images show the same thing, without knowing their poses. Each key
+/// point is in at most one match. One user at a time.
 class Matcher {
  public:
   virtual ~Matcher() = default;

@@ -5,12 +5,14 @@
 
 namespace deepuav {
 void NearestNeighbourOptions::Check() const {
-  CheckOption(min_similarity >= -1 && min_similarity < 1, "matching.min_similarity", min_similarity, "-1 up to 1");
+  CheckOption(min_similarity >= -1 && min_similarity < 1, "matching.min_similarity", min_similarity,
+              "-1 up to 1");
   CheckOption(ratio > 0 && ratio <= 1, "matching.ratio", ratio, "above 0, at most 1");
   CheckOption(max_motion_px >= 0, "matching.max_motion_px", max_motion_px, "0 or more");
 }
 
-NearestNeighbourMatcher::NearestNeighbourMatcher(const NearestNeighbourOptions& options) : options_(options) {
+NearestNeighbourMatcher::NearestNeighbourMatcher(const NearestNeighbourOptions& options)
+    : options_(options) {
   options_.Check();
 }
 
@@ -23,7 +25,8 @@ std::vector<Match> NearestNeighbourMatcher::MatchFeatures(const Features& a, con
   const double max_squared = options_.max_motion_px * options_.max_motion_px;
   for (size_t i = 0; i < rows; ++i) {
     for (size_t j = 0; j < columns; ++j) {
-      if (max_squared > 0 && (a.keypoints[i].px - b.keypoints[j].px).squaredNorm() > max_squared) continue;
+      if (max_squared > 0 && (a.keypoints[i].px - b.keypoints[j].px).squaredNorm() > max_squared)
+        continue;
       const float similarity = similarity_[i * columns + j];
       best_of_a[i].Offer(static_cast<int>(j), similarity);
       best_of_b[j].Offer(static_cast<int>(i), similarity);

@@ -6,8 +6,8 @@ namespace deepuav {
 
 struct NearestNeighbourOptions {
   double min_similarity = 0.7;  ///< Cosine.
-  double ratio = 0.95;          ///< Distance to the best over distance to the second best; 1 accepts all.
-  double max_motion_px = 0;     ///< Largest displacement between the images; 0: any.
+  double ratio = 0.95;  ///< Distance to the best over distance to the second best; 1 accepts all.
+  double max_motion_px = 0;  ///< Largest displacement between the images; 0: any.
 
   void Check() const;
   template <typename Visitor>
@@ -18,7 +18,8 @@ struct NearestNeighbourOptions {
   }
 };
 
-/// Mutual nearest neighbours in descriptor space, gated by similarity, ratio (Lowe 2004) and displacement.
+/// Mutual nearest neighbours in descriptor space, gated by similarity, ratio (Lowe 2004) and
+/// displacement.
 class NearestNeighbourMatcher : public Matcher {
  public:
   explicit NearestNeighbourMatcher(const NearestNeighbourOptions& options);

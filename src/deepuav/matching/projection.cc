@@ -14,23 +14,25 @@ struct Candidate {
 }  // namespace
 
 void ProjectionOptions::Check() const {
-  CheckOption(min_similarity >= -1 && min_similarity < 1, "projection.min_similarity", min_similarity, "-1 up to 1");
+  CheckOption(min_similarity >= -1 && min_similarity < 1, "projection.min_similarity",
+              min_similarity, "-1 up to 1");
   CheckOption(ratio > 0 && ratio <= 1, "projection.ratio", ratio, "above 0, at most 1");
 }
 
-std::vector<Match> MatchProjected(const std::vector<ProjectionTarget>& targets, const Descriptors& target_descriptors,
-                                  const Features& features, const KeypointGrid& grid,
-                                  const ProjectionOptions& options) {
+std::vector<Match> MatchProjected(const std::vector<ProjectionTarget>& targets,
+                                  const Descriptors& target_descriptors, const Features& features,
+                                  const KeypointGrid& grid, const ProjectionOptions& options) {
   std::vector<Candidate> best_target(static_cast<size_t>(features.size()));
   std::vector<int> nearby;
   for (size_t t = 0; t < targets.size(); ++t) {
     grid.Find(targets[t].px, targets[t].radius_px, &nearby);
     BestTwo best;
     for (int keypoint : nearby) {
-      best.Offer(keypoint,
-                 target_descriptors.Similarity(targets[t].descriptor, features.descriptors, keypoint));
+      best.Offer(keypoint, target_descriptors.Similarity(targets[t].descriptor,
+                                                         features.descriptors, keypoint));
     }
-    if (best.index < 0 || best.first < options.min_similarity || !best.PassesRatio(options.ratio)) continue;
+    if (best.index < 0 || best.first < options.min_similarity || !best.PassesRatio(options.ratio))
+      continue;
     Candidate& taken = best_target[static_cast<size_t>(best.index)];
     if (best.first > taken.similarity) taken = {static_cast<int>(t), best.first};
   }

@@ -17,19 +17,21 @@ struct ProjectionTarget {
 
 struct ProjectionOptions {
   double min_similarity = 0.65;  ///< Cosine.
-  double ratio = 0.95;           ///< As in NearestNeighbourOptions, among the candidates in the window.
+  double ratio = 0.95;  ///< As in NearestNeighbourOptions, among the candidates in the window.
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_similarity", min_similarity, "", "least cosine similarity of a match");
-    visit("ratio", ratio, "", "distance to the best over distance to the second best in the window, at most");
+    visit("ratio", ratio, "",
+          "distance to the best over distance to the second best in the window, at most");
   }
 };
 
-/// Matches targets (a) to the key points (b) in their windows; a key point goes to the target most like it.
-std::vector<Match> MatchProjected(const std::vector<ProjectionTarget>& targets, const Descriptors& target_descriptors,
-                                  const Features& features, const KeypointGrid& grid,
-                                  const ProjectionOptions& options);
+/// Matches targets (a) to the key points (b) in their windows; a key point goes to the target most
+/// like it.
+std::vector<Match> MatchProjected(const std::vector<ProjectionTarget>& targets,
+                                  const Descriptors& target_descriptors, const Features& features,
+                                  const KeypointGrid& grid, const ProjectionOptions& options);
 
 }  // namespace deepuav

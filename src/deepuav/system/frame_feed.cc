@@ -65,7 +65,8 @@ std::optional<TimedImage> LiveImages::Next() {
     first_time_ = current->time;
     since_first_.Restart();
   }
-  for (upcoming_ = images_->Next(); upcoming_ && SecondsUntil(*upcoming_) <= 0; upcoming_ = images_->Next()) {
+  for (upcoming_ = images_->Next(); upcoming_ && SecondsUntil(*upcoming_) <= 0;
+       upcoming_ = images_->Next()) {
     current = std::move(upcoming_);
     ++skipped_;
   }

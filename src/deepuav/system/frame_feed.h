@@ -53,8 +53,8 @@ class PrefetchingFeed : public FrameFeed {
   std::thread thread_;
 };
 
-/// Gives the images of `images` at the pace of their time stamps; leaves out those that a newer one has overtaken by the
-/// time it is asked.
+/// Gives the images of `images` at the pace of their time stamps; leaves out those that a newer one
+/// has overtaken by the time it is asked.
 class LiveImages : public ImageSource {
  public:
   explicit LiveImages(ImageSource* images) : images_(images) {}

@@ -23,10 +23,10 @@ struct FrameRecord {
   std::string reason;  ///< Why there is no pose.
 
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
-  MapId map;             ///< Invalid where there is no pose.
+  MapId map;                    ///< Invalid where there is no pose.
   KeyframeId reference;
   SE3 cam_from_reference;
-  SE3 cam_from_world;    ///< Valid once the trajectory was finished.
+  SE3 cam_from_world;  ///< Valid once the trajectory was finished.
   std::vector<Seen> seen;
   std::shared_ptr<const Features> features;  ///< Kept only while the frame has no pose.
 

@@ -4,9 +4,10 @@
 
 namespace deepuav {
 
-ThreadedLane::ThreadedLane(Mapper* mapper) : mapper_(mapper), thread_([this] {
-    while (std::optional<Task> task = tasks_.Pop()) (*task)();
-  }) {}
+ThreadedLane::ThreadedLane(Mapper* mapper)
+    : mapper_(mapper), thread_([this] {
+        while (std::optional<Task> task = tasks_.Pop()) (*task)();
+      }) {}
 
 ThreadedLane::~ThreadedLane() {
   tasks_.Close();
@@ -27,7 +28,8 @@ void ThreadedLane::Submit(KeyframeRequest request) {
 }
 
 bool ThreadedLane::Ready() const {
-  return under_way_.valid() && under_way_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  return under_way_.valid() &&
+         under_way_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 }  // namespace deepuav

@@ -12,7 +12,8 @@ namespace deepuav {
 
 using LocalMapPtr = std::shared_ptr<const LocalMap>;
 
-/// Runs the Mapper: in place, or on a thread of its own. One keyframe is under way at most. Used from one thread.
+/// Runs the Mapper: in place, or on a thread of its own. One keyframe is under way at most. Used
+/// from one thread.
 class MappingLane {
  public:
   virtual ~MappingLane() = default;
@@ -29,7 +30,9 @@ class MappingLane {
 class SequentialLane : public MappingLane {
  public:
   explicit SequentialLane(Mapper* mapper) : mapper_(mapper) {}
-  LocalMapPtr StartMap(const InitialMapRequest& request) override { return mapper_->StartMap(request); }
+  LocalMapPtr StartMap(const InitialMapRequest& request) override {
+    return mapper_->StartMap(request);
+  }
   void Submit(KeyframeRequest request) override { local_map_ = mapper_->InsertKeyframe(request); }
   bool Ready() const override { return true; }
   LocalMapPtr Collect() override { return std::move(local_map_); }

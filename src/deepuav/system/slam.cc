@@ -16,7 +16,8 @@ Schedule ParseSchedule(const std::string& name) {
 void SystemOptions::Check() const {
   CheckOption(map_delay_frames >= 1, "system.map_delay_frames", map_delay_frames, "at least 1");
   CheckOption(frames_ahead >= 1, "system.frames_ahead", frames_ahead, "at least 1");
-  CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames, "0 or more");
+  CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
+              "0 or more");
   tracking.Check();
   mapping.Check();
 }
@@ -46,7 +47,8 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("mapping.global_bundle", &mapping.global_bundle);
 }
 
-Slam::Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor, Matcher* matcher)
+Slam::Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor,
+           Matcher* matcher)
     : camera_(camera),
       options_(options),
       extractor_(extractor),
@@ -107,7 +109,8 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
     keyframe_under_way_.reset();
     const LocalMapPtr local_map = mapping->StartMap(*result.initial_map);
     if (local_map) {
-      Log().info("map {} starts at frame {}", local_map->map.value, result.initial_map->first.id.value);
+      Log().info("map {} starts at frame {}", local_map->map.value,
+                 result.initial_map->first.id.value);
       tracker_.Begin(local_map);
       result = tracker_.Track(frame, true);
     }
@@ -143,8 +146,8 @@ void Slam::Finish(std::vector<FrameRecord>* records) {
   }
   const StageScope stage(&clock_, "finish trajectory");
   FrameLocator locator(camera_, options_.tracking.locator, matcher_, nullptr);
-  TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map, options_.tracking.max_lost_frames,
-                   atlas_, &locator)
+  TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
+                   options_.tracking.max_lost_frames, atlas_, &locator)
       .Finish(records);
 }
 

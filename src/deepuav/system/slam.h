@@ -29,19 +29,23 @@ enum class Schedule {
 Schedule ParseSchedule(const std::string& name);
 
 struct SystemOptions {
-  int map_delay_frames = 1;    ///< Offline, the local map of keyframe k is used from exactly this many frames after k.
-  int frames_ahead = 2;        ///< Frames that may wait for the Tracker (threaded).
-  int max_unlocated_frames = 600;  ///< Frames without a pose whose features are kept to locate them at the end.
-  bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
+  int map_delay_frames =
+      1;  ///< Offline, the local map of keyframe k is used from exactly this many frames after k.
+  int frames_ahead = 2;  ///< Frames that may wait for the Tracker (threaded).
+  int max_unlocated_frames =
+      600;  ///< Frames without a pose whose features are kept to locate them at the end.
+  bool adjust_at_end = true;  ///< Global bundle adjustment before the trajectory is finished.
   TrackingOptions tracking;
   MappingOptions mapping;
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("map_delay_frames", map_delay_frames, "", "frames after a keyframe from which its local map is used");
+    visit("map_delay_frames", map_delay_frames, "",
+          "frames after a keyframe from which its local map is used");
     visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
-    visit("max_unlocated_frames", max_unlocated_frames, "", "frames without a pose that are kept to locate at the end");
+    visit("max_unlocated_frames", max_unlocated_frames, "",
+          "frames without a pose that are kept to locate at the end");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
   }
 };
@@ -53,9 +57,10 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry);
 struct SlamResult {
   std::vector<FrameRecord> frames;
   std::map<std::string, std::vector<double>> stage_durations_s;
-  int skipped_late = 0;   ///< Images left out by the live schedule.
-  std::string failure;    ///< What ended the run early, if anything did; the result until then is complete.
-  bool stopped = false;   ///< Ended by `stop` before the last image.
+  int skipped_late = 0;  ///< Images left out by the live schedule.
+  std::string
+      failure;  ///< What ended the run early, if anything did; the result until then is complete.
+  bool stopped = false;  ///< Ended by `stop` before the last image.
 };
 
 /// Tracker and Mapper wired together. One run an instance.
@@ -67,7 +72,8 @@ class Slam {
   /// The pointers must outlive it.
   Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor, Matcher* matcher);
 
-  /// Runs over all images. `stop` is asked before each frame; once it says true the run ends as if there were no more.
+  /// Runs over all images. `stop` is asked before each frame; once it says true the run ends as if
+  /// there were no more.
   SlamResult Run(ImageSource* images, Schedule schedule, const Progress& progress = nullptr,
                  const std::function<bool()>& stop = nullptr);
 

@@ -5,8 +5,8 @@
 namespace deepuav {
 
 TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
-                                   const LocalMapOptions& local_map_options, int max_lost_frames, const Atlas& atlas,
-                                   FrameLocator* locator)
+                                   const LocalMapOptions& local_map_options, int max_lost_frames,
+                                   const Atlas& atlas, FrameLocator* locator)
     : camera_(camera),
       options_(options),
       local_map_options_(local_map_options),
@@ -28,9 +28,12 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
   std::vector<PoseObservation> observations;
   for (const FrameRecord::Seen& seen : record->seen) {
     const auto landmark = map.Current(seen.landmark);
-    if (landmark) observations.push_back({map.At(*landmark).position_world, seen.px.cast<double>(), seen.sigma_px});
+    if (landmark)
+      observations.push_back(
+          {map.At(*landmark).position_world, seen.px.cast<double>(), seen.sigma_px});
   }
-  const MotionOnlyResult refined = OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
+  const MotionOnlyResult refined =
+      OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
   const bool trusted = refined.inlier_count >= options_.min_inliers;
   record->cam_from_world = trusted ? refined.cam_from_world : initial;
 }
@@ -55,7 +58,8 @@ void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records
   }
 }
 
-bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const {
+bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* before,
+                              FrameRecord* record) const {
   const Map& map = atlas_.At(neighbour.map);
   LocationPrior prior;
   prior.reference = map.Remaining(neighbour.reference);
@@ -80,7 +84,8 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   result.pose = TrackedPose{
       map.id(), reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), {}};
   for (const LocatedFrame::Seen& seen : located->seen) {
-    result.pose->matches.push_back({seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});
+    result.pose->matches.push_back(
+        {seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});
   }
   *record = MakeRecord(frame, result);
   record->tracked_online = false;

@@ -12,11 +12,12 @@ namespace deepuav {
 class TrajectoryFinish {
  public:
   /// All must outlive it; the map is not changed any more.
-  TrajectoryFinish(const Camera& camera, const LocatorOptions& options, const LocalMapOptions& local_map_options,
-                   int max_lost_frames, const Atlas& atlas, FrameLocator* locator);
+  TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
+                   const LocalMapOptions& local_map_options, int max_lost_frames,
+                   const Atlas& atlas, FrameLocator* locator);
 
-  /// Optimises every located frame once more against the final map, then locates the others outwards from their located
-  /// neighbours, first backwards, then forwards.
+  /// Optimises every located frame once more against the final map, then locates the others
+  /// outwards from their located neighbours, first backwards, then forwards.
   void Finish(std::vector<FrameRecord>* records) const;
 
  private:

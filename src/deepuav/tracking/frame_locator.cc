@@ -13,8 +13,9 @@ namespace {
 std::vector<int> IndicesOf(const LocalMap& local_map, const std::vector<LandmarkId>& ids) {
   std::vector<int> indices;
   for (LandmarkId id : ids) {
-    const auto place = std::lower_bound(local_map.landmarks.begin(), local_map.landmarks.end(), id,
-                                        [](const LocalLandmark& l, LandmarkId wanted) { return l.id < wanted; });
+    const auto place =
+        std::lower_bound(local_map.landmarks.begin(), local_map.landmarks.end(), id,
+                         [](const LocalLandmark& l, LandmarkId wanted) { return l.id < wanted; });
     if (place == local_map.landmarks.end() || place->id != id) continue;
     indices.push_back(static_cast<int>(place - local_map.landmarks.begin()));
   }
@@ -41,7 +42,8 @@ void FindReference(const LocalMap& local_map, LocatedFrame* located) {
   for (const LocatedFrame::Seen& s : located->seen) seen[static_cast<size_t>(s.landmark)] = 1;
   for (size_t k = 0; k < local_map.keyframes.size(); ++k) {
     int shared = 0;
-    for (int landmark : local_map.keyframes[k].landmarks) shared += landmark >= 0 && seen[static_cast<size_t>(landmark)];
+    for (int landmark : local_map.keyframes[k].landmarks)
+      shared += landmark >= 0 && seen[static_cast<size_t>(landmark)];
     if (shared < located->reference_shared) continue;
     located->reference = static_cast<int>(k);
     located->reference_shared = shared;
@@ -51,9 +53,11 @@ void FindReference(const LocalMap& local_map, LocatedFrame* located) {
 }  // namespace
 
 void LocatorOptions::Check() const {
-  CheckOption(predicted_radius_px > 0, "tracking.predicted_radius_px", predicted_radius_px, "above 0");
+  CheckOption(predicted_radius_px > 0, "tracking.predicted_radius_px", predicted_radius_px,
+              "above 0");
   CheckOption(local_radius_px > 0, "tracking.local_radius_px", local_radius_px, "above 0");
-  CheckOption(min_predicted_inliers >= 4, "tracking.min_predicted_inliers", min_predicted_inliers, "at least 4");
+  CheckOption(min_predicted_inliers >= 4, "tracking.min_predicted_inliers", min_predicted_inliers,
+              "at least 4");
   CheckOption(min_predicted_ratio >= 0 && min_predicted_ratio <= 1, "tracking.min_predicted_ratio",
               min_predicted_ratio, "0 to 1");
   CheckOption(min_inliers >= 6, "tracking.min_inliers", min_inliers, "at least 6");
@@ -88,15 +92,15 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
   return located;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(const Frame& frame, const KeypointGrid& grid,
-                                                                       const LocalMap& local_map,
-                                                                       const LocationPrior& prior) const {
+std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(
+    const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
+    const LocationPrior& prior) const {
   if (!prior.cam_from_world) return std::nullopt;
   const StageScope stage(stages_, "match prediction");
   std::vector<ProjectionTarget> targets;
   for (int index : IndicesOf(local_map, prior.landmarks)) {
-    const auto px = ExpectedPixel(local_map.landmarks[static_cast<size_t>(index)], *prior.cam_from_world, camera_,
-                                  options_.visibility);
+    const auto px = ExpectedPixel(local_map.landmarks[static_cast<size_t>(index)],
+                                  *prior.cam_from_world, camera_, options_.visibility);
     if (px) targets.push_back({*px, options_.predicted_radius_px, index});
   }
   SeenList seen;
@@ -108,11 +112,13 @@ std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(const Fra
   CoarsePose pose = OptimiseOn(frame, local_map, seen, *prior.cam_from_world);
   const auto inliers = static_cast<double>(pose.seen.size());
   if (inliers < options_.min_predicted_inliers) return std::nullopt;
-  if (inliers < options_.min_predicted_ratio * static_cast<double>(seen.size())) return std::nullopt;
+  if (inliers < options_.min_predicted_ratio * static_cast<double>(seen.size()))
+    return std::nullopt;
   return pose;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::MatchReference(const Frame& frame, const LocalMap& local_map,
+std::optional<FrameLocator::CoarsePose> FrameLocator::MatchReference(const Frame& frame,
+                                                                     const LocalMap& local_map,
                                                                      const LocationPrior& prior) {
   const StageScope stage(stages_, "match reference");
   std::optional<CoarsePose> best;
@@ -127,15 +133,17 @@ std::optional<FrameLocator::CoarsePose> FrameLocator::MatchReference(const Frame
   return best;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame& frame, const LocalMap& local_map,
+std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame& frame,
+                                                                    const LocalMap& local_map,
                                                                     const LocalKeyframe& keyframe) {
   SeenList seen;
   for (const Match& match : matcher_->MatchFeatures(*frame.features, *keyframe.features)) {
     const int landmark = keyframe.landmarks[static_cast<size_t>(match.b)];
     if (landmark >= 0) seen.push_back({match.a, landmark});
   }
-  const auto robust = EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen),
-                                           static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
+  const auto robust =
+      EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen),
+                           static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
   if (!robust) return std::nullopt;
   SeenList agreeing;
   for (size_t i = 0; i < seen.size(); ++i) {
@@ -144,26 +152,29 @@ std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame&
   return OptimiseOn(frame, local_map, agreeing, robust->cam_from_world);
 }
 
-LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
+LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid,
+                                            const LocalMap& local_map,
                                             const CoarsePose& coarse) const {
   LocatedFrame located;
   SeenList seen = coarse.seen;
   {
     const StageScope stage(stages_, "match local map");
-    std::vector<uint8_t> known(local_map.landmarks.size(), 0), taken(frame.features->keypoints.size(), 0);
+    std::vector<uint8_t> known(local_map.landmarks.size(), 0),
+        taken(frame.features->keypoints.size(), 0);
     for (const LocatedFrame::Seen& s : coarse.seen) {
       known[static_cast<size_t>(s.landmark)] = 1;
       taken[static_cast<size_t>(s.keypoint)] = 1;
     }
     std::vector<ProjectionTarget> targets;
     for (size_t i = 0; i < local_map.landmarks.size(); ++i) {
-      const auto px = ExpectedPixel(local_map.landmarks[i], coarse.cam_from_world, camera_, options_.visibility);
+      const auto px = ExpectedPixel(local_map.landmarks[i], coarse.cam_from_world, camera_,
+                                    options_.visibility);
       if (!px) continue;
       located.visible.push_back(static_cast<int>(i));
       if (!known[i]) targets.push_back({*px, options_.local_radius_px, static_cast<int>(i)});
     }
-    for (const Match& match :
-         MatchProjected(targets, local_map.descriptors, *frame.features, grid, options_.projection)) {
+    for (const Match& match : MatchProjected(targets, local_map.descriptors, *frame.features, grid,
+                                             options_.projection)) {
       if (taken[static_cast<size_t>(match.b)]) continue;
       seen.push_back({match.b, targets[static_cast<size_t>(match.a)].descriptor});
     }
@@ -172,7 +183,8 @@ LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGr
   CoarsePose refined = OptimiseOn(frame, local_map, seen, coarse.cam_from_world);
   located.cam_from_world = refined.cam_from_world;
   located.seen = std::move(refined.seen);
-  std::sort(located.seen.begin(), located.seen.end(), [](const auto& a, const auto& b) { return a.keypoint < b.keypoint; });
+  std::sort(located.seen.begin(), located.seen.end(),
+            [](const auto& a, const auto& b) { return a.keypoint < b.keypoint; });
   return located;
 }
 
@@ -188,8 +200,8 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
   return observations;
 }
 
-FrameLocator::CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
-                                                  const SE3& initial) const {
+FrameLocator::CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
+                                                  const SeenList& seen, const SE3& initial) const {
   const MotionOnlyResult result =
       OptimizePose(camera_.pinhole, Observe(frame, local_map, seen), initial, options_.motion_only);
   CoarsePose pose{result.cam_from_world, {}};

@@ -16,9 +16,11 @@
 namespace deepuav {
 
 struct LocatorOptions {
-  double predicted_radius_px = 15;   ///< Search window around the pixel predicted by the motion model.
-  double local_radius_px = 6;        ///< Search window once the pose is known from the first matches.
-  int min_predicted_inliers = 20;    ///< Fewer: the prediction is given up for the reference keyframe.
+  double predicted_radius_px =
+      15;                      ///< Search window around the pixel predicted by the motion model.
+  double local_radius_px = 6;  ///< Search window once the pose is known from the first matches.
+  int min_predicted_inliers =
+      20;  ///< Fewer: the prediction is given up for the reference keyframe.
   double min_predicted_ratio = 0.5;  ///< Inliers over matches of the prediction; less: likewise.
   int min_inliers = 25;              ///< Fewer at the end: not located.
   int reference_tries = 3;           ///< Keyframes matched without prediction before giving up.
@@ -30,12 +32,17 @@ struct LocatorOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("predicted_radius_px", predicted_radius_px, "px", "search window around a predicted pixel");
-    visit("local_radius_px", local_radius_px, "px", "search window around a local landmark's pixel");
-    visit("min_predicted_inliers", min_predicted_inliers, "", "inliers below which a prediction is given up");
-    visit("min_predicted_ratio", min_predicted_ratio, "", "inliers over matches below which a prediction is given up");
+    visit("predicted_radius_px", predicted_radius_px, "px",
+          "search window around a predicted pixel");
+    visit("local_radius_px", local_radius_px, "px",
+          "search window around a local landmark's pixel");
+    visit("min_predicted_inliers", min_predicted_inliers, "",
+          "inliers below which a prediction is given up");
+    visit("min_predicted_ratio", min_predicted_ratio, "",
+          "inliers over matches below which a prediction is given up");
     visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least");
-    visit("reference_tries", reference_tries, "", "keyframes matched without prediction before giving up");
+    visit("reference_tries", reference_tries, "",
+          "keyframes matched without prediction before giving up");
   }
 };
 
@@ -48,27 +55,29 @@ struct LocatedFrame {
   SE3 cam_from_world;
   std::vector<Seen> seen;    ///< Inliers, by key point.
   std::vector<int> visible;  ///< Landmarks expected in the view, by index.
-  int reference = 0;         ///< Index into LocalMap::keyframes: shares most landmarks with the frame.
+  int reference = 0;  ///< Index into LocalMap::keyframes: shares most landmarks with the frame.
   int reference_shared = 0;  ///< How many.
 };
 
 /// What is known of a frame before it is matched.
 struct LocationPrior {
   std::optional<SE3> cam_from_world;
-  std::vector<LandmarkId> landmarks;  ///< Seen by the neighbouring frame, by id; where a prediction looks first.
-  KeyframeId reference;               ///< Matched first where the prediction fails.
+  std::vector<LandmarkId>
+      landmarks;         ///< Seen by the neighbouring frame, by id; where a prediction looks first.
+  KeyframeId reference;  ///< Matched first where the prediction fails.
 };
 
-/// Finds a frame's pose in a local map: by prediction, else by matching a reference keyframe; then with all local
-/// landmarks. Thread-compatible; keeps nothing between frames but buffers.
+/// Finds a frame's pose in a local map: by prediction, else by matching a reference keyframe; then
+/// with all local landmarks. Thread-compatible; keeps nothing between frames but buffers.
 class FrameLocator {
  public:
   /// `matcher` and `stages` (may be null) must outlive it.
-  FrameLocator(const Camera& camera, const LocatorOptions& options, Matcher* matcher, StageListener* stages);
+  FrameLocator(const Camera& camera, const LocatorOptions& options, Matcher* matcher,
+               StageListener* stages);
 
   /// Nothing when too few landmarks agree; `reason` (if given) then says what failed.
-  std::optional<LocatedFrame> Locate(const Frame& frame, const LocalMap& local_map, const LocationPrior& prior,
-                                     std::string* reason = nullptr);
+  std::optional<LocatedFrame> Locate(const Frame& frame, const LocalMap& local_map,
+                                     const LocationPrior& prior, std::string* reason = nullptr);
 
  private:
   using SeenList = std::vector<LocatedFrame::Seen>;
@@ -77,14 +86,19 @@ class FrameLocator {
     SeenList seen;
   };
 
-  std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
+  std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid,
+                                             const LocalMap& local_map,
                                              const LocationPrior& prior) const;
-  std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map, const LocationPrior& prior);
-  std::optional<CoarsePose> MatchKeyframe(const Frame& frame, const LocalMap& local_map, const LocalKeyframe& keyframe);
-  LocatedFrame RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
-                                const CoarsePose& coarse) const;
-  std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map, const SeenList& seen) const;
-  CoarsePose OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen, const SE3& initial) const;
+  std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
+                                           const LocationPrior& prior);
+  std::optional<CoarsePose> MatchKeyframe(const Frame& frame, const LocalMap& local_map,
+                                          const LocalKeyframe& keyframe);
+  LocatedFrame RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid,
+                                const LocalMap& local_map, const CoarsePose& coarse) const;
+  std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map,
+                                       const SeenList& seen) const;
+  CoarsePose OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
+                        const SE3& initial) const;
 
   const Camera camera_;
   const LocatorOptions options_;

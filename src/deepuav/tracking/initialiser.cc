@@ -11,18 +11,22 @@ namespace deepuav {
 void InitialiserOptions::Check() const {
   CheckOption(min_keypoints >= 8, "initialiser.min_keypoints", min_keypoints, "at least 8");
   CheckOption(min_matches >= 8, "initialiser.min_matches", min_matches, "at least 8");
-  CheckOption(max_first_age_frames >= 2, "initialiser.max_first_age_frames", max_first_age_frames, "at least 2");
-  CheckOption(max_second_age_frames >= 1, "initialiser.max_second_age_frames", max_second_age_frames, "at least 1");
-  CheckOption(min_confirmed_ratio > 0 && min_confirmed_ratio <= 1, "initialiser.min_confirmed_ratio",
-              min_confirmed_ratio, "above 0, at most 1");
+  CheckOption(max_first_age_frames >= 2, "initialiser.max_first_age_frames", max_first_age_frames,
+              "at least 2");
+  CheckOption(max_second_age_frames >= 1, "initialiser.max_second_age_frames",
+              max_second_age_frames, "at least 1");
+  CheckOption(min_confirmed_ratio > 0 && min_confirmed_ratio <= 1,
+              "initialiser.min_confirmed_ratio", min_confirmed_ratio, "above 0, at most 1");
   CheckOption(min_confirmed >= 6, "initialiser.min_confirmed", min_confirmed, "at least 6");
   CheckOption(min_lead >= 1, "initialiser.min_lead", min_lead, "at least 1");
-  CheckOption(third_parallax_ratio >= 0, "initialiser.third_parallax_ratio", third_parallax_ratio, "0 or more");
+  CheckOption(third_parallax_ratio >= 0, "initialiser.third_parallax_ratio", third_parallax_ratio,
+              "0 or more");
   two_view.Check();
   absolute_pose.Check();
 }
 
-Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& options, Matcher* matcher)
+Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& options,
+                         Matcher* matcher)
     : pinhole_(pinhole), options_(options), matcher_(matcher) {
   options_.Check();
 }
@@ -34,7 +38,8 @@ void Initialiser::Reset() {
 
 std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::string* waiting_for) {
   if (frame.features->size() < options_.min_keypoints) {
-    *waiting_for = fmt::format("key points: {} of at least {}", frame.features->size(), options_.min_keypoints);
+    *waiting_for = fmt::format("key points: {} of at least {}", frame.features->size(),
+                               options_.min_keypoints);
     return std::nullopt;
   }
   if (candidate_) {
@@ -43,7 +48,8 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
       return request;
     }
     *waiting_for = "a third view that confirms the first two";
-    if (frame.id.value - candidate_->second.id.value >= options_.max_second_age_frames) candidate_.reset();
+    if (frame.id.value - candidate_->second.id.value >= options_.max_second_age_frames)
+      candidate_.reset();
     return std::nullopt;
   }
   if (!first_ || frame.id.value - first_->id.value > options_.max_first_age_frames) {
@@ -67,7 +73,8 @@ void Initialiser::Propose(const Frame& second, std::string* waiting_for) {
     pairs.push_back({first_->features->keypoints[static_cast<size_t>(match.a)].px.cast<double>(),
                      second.features->keypoints[static_cast<size_t>(match.b)].px.cast<double>()});
   }
-  auto result = EstimateTwoView(pinhole_, pairs, static_cast<uint64_t>(second.id.value), options_.two_view);
+  auto result =
+      EstimateTwoView(pinhole_, pairs, static_cast<uint64_t>(second.id.value), options_.two_view);
   if (!result) {
     *waiting_for = "parallax";
     return;
@@ -77,13 +84,15 @@ void Initialiser::Propose(const Frame& second, std::string* waiting_for) {
 }
 
 std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
-  const std::vector<Match> second_to_third = matcher_->MatchFeatures(*candidate_->second.features, *third.features);
+  const std::vector<Match> second_to_third =
+      matcher_->MatchFeatures(*candidate_->second.features, *third.features);
   const TwoViewSolution* best = nullptr;
   int best_count = 0, second_count = 0;
   for (const TwoViewSolution& solution : candidate_->result.solutions) {
     int matched = 0;
     const int confirmed = CountConfirmed(solution, third, second_to_third, &matched);
-    if (confirmed < options_.min_confirmed || confirmed < options_.min_confirmed_ratio * matched) continue;
+    if (confirmed < options_.min_confirmed || confirmed < options_.min_confirmed_ratio * matched)
+      continue;
     if (confirmed > best_count) {
       second_count = best_count;
       best_count = confirmed;
@@ -100,21 +109,23 @@ int Initialiser::CountConfirmed(const TwoViewSolution& solution, const Frame& th
                                 const std::vector<Match>& second_to_third, int* matched) const {
   std::vector<int> pair_of_keypoint(candidate_->second.features->keypoints.size(), -1);
   for (size_t i = 0; i < candidate_->matches.size(); ++i) {
-    if (solution.valid[i]) pair_of_keypoint[static_cast<size_t>(candidate_->matches[i].b)] = static_cast<int>(i);
+    if (solution.valid[i])
+      pair_of_keypoint[static_cast<size_t>(candidate_->matches[i].b)] = static_cast<int>(i);
   }
   std::vector<PoseObservation> observations;
   for (const Match& match : second_to_third) {
     const int pair = pair_of_keypoint[static_cast<size_t>(match.a)];
     if (pair < 0) continue;
     const Keypoint& keypoint = third.features->keypoints[static_cast<size_t>(match.b)];
-    observations.push_back(
-        {solution.points_a[static_cast<size_t>(pair)], keypoint.px.cast<double>(), keypoint.sigma_px});
+    observations.push_back({solution.points_a[static_cast<size_t>(pair)],
+                            keypoint.px.cast<double>(), keypoint.sigma_px});
   }
   *matched = static_cast<int>(observations.size());
-  const auto robust = EstimateAbsolutePose(pinhole_, observations, static_cast<uint64_t>(third.id.value),
-                                           options_.absolute_pose);
+  const auto robust = EstimateAbsolutePose(
+      pinhole_, observations, static_cast<uint64_t>(third.id.value), options_.absolute_pose);
   if (!robust) return 0;
-  const MotionOnlyResult refined = OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{});
+  const MotionOnlyResult refined =
+      OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{});
   const SE3 third_from_second = refined.cam_from_world * solution.b_from_a.Inverse();
   if (third_from_second.translation().norm() < options_.third_parallax_ratio) return 0;
   return refined.inlier_count;
@@ -124,7 +135,8 @@ InitialMapRequest Initialiser::MakeRequest(const TwoViewSolution& solution) cons
   InitialMapRequest request{*first_, candidate_->second, solution.b_from_a, {}};
   for (size_t i = 0; i < candidate_->matches.size(); ++i) {
     if (!solution.valid[i]) continue;
-    request.points.push_back({solution.points_a[i], candidate_->matches[i].a, candidate_->matches[i].b});
+    request.points.push_back(
+        {solution.points_a[i], candidate_->matches[i].a, candidate_->matches[i].b});
   }
   return request;
 }

@@ -12,14 +12,16 @@
 namespace deepuav {
 
 struct InitialiserOptions {
-  int min_keypoints = 100;           ///< A frame with fewer starts nothing.
-  int min_matches = 60;              ///< To the first view; fewer: a later frame becomes the first.
-  int max_first_age_frames = 120;    ///< An older first view is replaced.
-  int max_second_age_frames = 10;    ///< A pair that no later frame confirmed by then is given up.
-  double min_confirmed_ratio = 0.7;  ///< Of the points matched in the third view, those that reproject well.
+  int min_keypoints = 100;         ///< A frame with fewer starts nothing.
+  int min_matches = 60;            ///< To the first view; fewer: a later frame becomes the first.
+  int max_first_age_frames = 120;  ///< An older first view is replaced.
+  int max_second_age_frames = 10;  ///< A pair that no later frame confirmed by then is given up.
+  double min_confirmed_ratio =
+      0.7;  ///< Of the points matched in the third view, those that reproject well.
   int min_confirmed = 40;
-  double min_lead = 1.15;            ///< Confirmed points of the best solution over those of the second best.
-  double third_parallax_ratio = 0.3;  ///< The third view's baseline to the second, over that of the first two.
+  double min_lead = 1.15;  ///< Confirmed points of the best solution over those of the second best.
+  double third_parallax_ratio =
+      0.3;  ///< The third view's baseline to the second, over that of the first two.
   TwoViewOptions two_view;
   AbsolutePoseOptions absolute_pose;
 
@@ -27,18 +29,24 @@ struct InitialiserOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_keypoints", min_keypoints, "", "key points of a first view");
-    visit("min_matches", min_matches, "", "matches to the first view, below which a later frame becomes the first");
-    visit("max_first_age_frames", max_first_age_frames, "", "frames after which a first view is replaced");
-    visit("max_second_age_frames", max_second_age_frames, "", "frames within which a third view must confirm");
-    visit("min_confirmed_ratio", min_confirmed_ratio, "", "share of the matched points that the third view confirms");
+    visit("min_matches", min_matches, "",
+          "matches to the first view, below which a later frame becomes the first");
+    visit("max_first_age_frames", max_first_age_frames, "",
+          "frames after which a first view is replaced");
+    visit("max_second_age_frames", max_second_age_frames, "",
+          "frames within which a third view must confirm");
+    visit("min_confirmed_ratio", min_confirmed_ratio, "",
+          "share of the matched points that the third view confirms");
     visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least");
-    visit("min_lead", min_lead, "", "confirmed points of the best solution over those of the second best");
-    visit("third_parallax_ratio", third_parallax_ratio, "", "least baseline of the third view over that of the first two");
+    visit("min_lead", min_lead, "",
+          "confirmed points of the best solution over those of the second best");
+    visit("third_parallax_ratio", third_parallax_ratio, "",
+          "least baseline of the third view over that of the first two");
   }
 };
 
-/// Finds the first two views of a map, and a third that confirms them: a plane seen by two has two explanations, and a
-/// wrong start is worse than a late one. Thread-compatible.
+/// Finds the first two views of a map, and a third that confirms them: a plane seen by two has two
+/// explanations, and a wrong start is worse than a late one. Thread-compatible.
 class Initialiser {
  public:
   /// `matcher` must outlive it.
@@ -46,8 +54,8 @@ class Initialiser {
 
   void Reset();
 
-  /// Takes the next frame; gives the two views once a third has confirmed them. Otherwise `waiting_for` says what is
-  /// missing.
+  /// Takes the next frame; gives the two views once a third has confirmed them. Otherwise
+  /// `waiting_for` says what is missing.
   std::optional<InitialMapRequest> Add(const Frame& frame, std::string* waiting_for);
 
  private:
@@ -58,8 +66,8 @@ class Initialiser {
   };
 
   std::optional<InitialMapRequest> Confirm(const Frame& third);
-  int CountConfirmed(const TwoViewSolution& solution, const Frame& third, const std::vector<Match>& second_to_third,
-                     int* matched) const;
+  int CountConfirmed(const TwoViewSolution& solution, const Frame& third,
+                     const std::vector<Match>& second_to_third, int* matched) const;
   void Propose(const Frame& second, std::string* waiting_for);
   InitialMapRequest MakeRequest(const TwoViewSolution& solution) const;
 

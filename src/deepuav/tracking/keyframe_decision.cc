@@ -15,27 +15,33 @@ double MeanParallaxDeg(const LocatedFrame& located, const LocalMap& local_map) {
   const Eigen::Vector3d reference_centre = reference.cam_from_world.InverseTranslation();
   double sum = 0;
   for (const LocatedFrame::Seen& seen : located.seen) {
-    sum += ParallaxAngle(centre, reference_centre, local_map.landmarks[static_cast<size_t>(seen.landmark)].position_world);
+    sum += ParallaxAngle(centre, reference_centre,
+                         local_map.landmarks[static_cast<size_t>(seen.landmark)].position_world);
   }
-  return sum / std::max<double>(1, static_cast<double>(located.seen.size())) * 180 / std::numbers::pi;
+  return sum / std::max<double>(1, static_cast<double>(located.seen.size())) * 180 /
+         std::numbers::pi;
 }
 
 }  // namespace
 
 void KeyframeOptions::Check() const {
-  CheckOption(min_shared_ratio >= 0 && min_shared_ratio <= 1, "keyframes.min_shared_ratio", min_shared_ratio, "0 to 1");
+  CheckOption(min_shared_ratio >= 0 && min_shared_ratio <= 1, "keyframes.min_shared_ratio",
+              min_shared_ratio, "0 to 1");
   CheckOption(min_matches >= 0, "keyframes.min_matches", min_matches, "0 or more");
   CheckOption(max_parallax_deg > 0, "keyframes.max_parallax_deg", max_parallax_deg, "above 0");
   CheckOption(min_gap_frames >= 1, "keyframes.min_gap_frames", min_gap_frames, "at least 1");
 }
 
-bool NeedsKeyframe(const LocatedFrame& located, const LocalMap& local_map, int frames_since_keyframe,
-                   const KeyframeOptions& options) {
+bool NeedsKeyframe(const LocatedFrame& located, const LocalMap& local_map,
+                   int frames_since_keyframe, const KeyframeOptions& options) {
   if (frames_since_keyframe < options.min_gap_frames) return false;
-  const std::vector<int>& landmarks = local_map.keyframes[static_cast<size_t>(located.reference)].landmarks;
-  const auto of_reference = std::count_if(landmarks.begin(), landmarks.end(), [](int l) { return l >= 0; });
+  const std::vector<int>& landmarks =
+      local_map.keyframes[static_cast<size_t>(located.reference)].landmarks;
+  const auto of_reference =
+      std::count_if(landmarks.begin(), landmarks.end(), [](int l) { return l >= 0; });
   if (static_cast<int>(located.seen.size()) < options.min_matches) return true;
-  if (located.reference_shared < options.min_shared_ratio * static_cast<double>(of_reference)) return true;
+  if (located.reference_shared < options.min_shared_ratio * static_cast<double>(of_reference))
+    return true;
   return MeanParallaxDeg(located, local_map) > options.max_parallax_deg;
 }
 

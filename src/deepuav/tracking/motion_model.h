@@ -20,7 +20,8 @@ class MotionModel {
     if (last_cam_from_world_) last_cam_from_world_ = cam_from_world;
   }
 
-  /// The pose at `time`; the newest pose where no velocity is known yet; nothing before the first Update.
+  /// The pose at `time`; the newest pose where no velocity is known yet; nothing before the first
+  /// Update.
   std::optional<SE3> Predict(Timestamp time) const;
 
  private:

@@ -13,7 +13,8 @@ void TrackingOptions::Check() const {
   keyframes.Check();
 }
 
-Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher, StageListener* stages)
+Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher,
+                 StageListener* stages)
     : options_(options),
       stages_(stages),
       initialiser_(camera.pinhole, options.initialiser, matcher),
@@ -22,7 +23,8 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* 
 }
 
 TrackingResult Tracker::Track(const Frame& frame, bool mapping_idle) {
-  return state_ == TrackingState::kInitialising ? Initialise(frame) : TrackInMap(frame, mapping_idle);
+  return state_ == TrackingState::kInitialising ? Initialise(frame)
+                                                : TrackInMap(frame, mapping_idle);
 }
 
 TrackingResult Tracker::Initialise(const Frame& frame) {
@@ -36,7 +38,8 @@ TrackingResult Tracker::Initialise(const Frame& frame) {
 
 TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
   std::string reason;
-  const std::optional<LocatedFrame> located = locator_.Locate(frame, *local_map_, PriorFor(frame), &reason);
+  const std::optional<LocatedFrame> located =
+      locator_.Locate(frame, *local_map_, PriorFor(frame), &reason);
   if (!located) return Lost(std::move(reason));
 
   state_ = TrackingState::kTracking;
@@ -98,16 +101,21 @@ LocationPrior Tracker::PriorFor(const Frame& frame) const {
 
 TrackedPose Tracker::Describe(const LocatedFrame& located) const {
   const LocalKeyframe& reference = local_map_->keyframes[static_cast<size_t>(located.reference)];
-  TrackedPose pose{local_map_->map, reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), {}};
+  TrackedPose pose{local_map_->map,
+                   reference.id,
+                   located.cam_from_world * reference.cam_from_world.Inverse(),
+                   {}};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
-    pose.matches.push_back({seen.keypoint, local_map_->landmarks[static_cast<size_t>(seen.landmark)].id});
+    pose.matches.push_back(
+        {seen.keypoint, local_map_->landmarks[static_cast<size_t>(seen.landmark)].id});
   }
   return pose;
 }
 
 KeyframeRequest Tracker::RequestKeyframe(const Frame& frame, const TrackedPose& pose) {
-  KeyframeRequest request{pose.map, frame, pose.reference, pose.cam_from_reference, pose.matches, {}};
+  KeyframeRequest request{pose.map,     frame, pose.reference, pose.cam_from_reference,
+                          pose.matches, {}};
   for (const auto& [id, count] : views_) request.views.push_back(count);
   views_.clear();
   last_keyframe_ = frame.id;

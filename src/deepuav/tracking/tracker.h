@@ -22,7 +22,8 @@ struct TrackingOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_lost_frames", max_lost_frames, "", "frames without a pose after which a new map is started");
+    visit("max_lost_frames", max_lost_frames, "",
+          "frames without a pose after which a new map is started");
   }
 };
 
@@ -41,15 +42,18 @@ struct TrackingResult {
   TrackingState state = TrackingState::kInitialising;
   std::optional<TrackedPose> pose;
   std::string reason;  ///< Why there is no pose.
-  std::optional<InitialMapRequest> initial_map;  ///< To be answered with Begin(), then the frame tracked again.
-  std::optional<KeyframeRequest> keyframe;       ///< To be answered with UseLocalMap().
+  std::optional<InitialMapRequest>
+      initial_map;  ///< To be answered with Begin(), then the frame tracked again.
+  std::optional<KeyframeRequest> keyframe;  ///< To be answered with UseLocalMap().
 };
 
-/// One frame in, one pose out. Holds no map: it works on the LocalMap given to it. Thread-compatible.
+/// One frame in, one pose out. Holds no map: it works on the LocalMap given to it.
+/// Thread-compatible.
 class Tracker {
  public:
   /// `matcher` and `stages` (may be null) must outlive it.
-  Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher, StageListener* stages);
+  Tracker(const Camera& camera, const TrackingOptions& options, Matcher* matcher,
+          StageListener* stages);
 
   /// `mapping_idle`: a keyframe may be requested.
   TrackingResult Track(const Frame& frame, bool mapping_idle);

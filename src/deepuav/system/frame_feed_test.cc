@@ -1,0 +1,112 @@
+#include "deepuav/system/frame_feed.h"
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_flight.h"
+
+namespace deepuav {
+namespace {
+
+/// Frames whose features have as many key points as their number.
+std::vector<Features> CountingFeatures(int count) {
+  std::vector<Features> features(static_cast<size_t>(count));
+  for (size_t i = 0; i < features.size(); ++i) features[i].keypoints.resize(i);
+  return features;
+}
+
+void ExpectFrames(FrameFeed* feed, int count) {
+  for (int i = 0; i < count; ++i) {
+    const std::optional<Frame> frame = feed->Next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->id, FrameId{i});
+    EXPECT_EQ(frame->time, Timestamp{i * 10'000'000});
+    EXPECT_EQ(frame->features->size(), i);
+  }
+}
+
+TEST(SequentialFeed, GivesEveryFrameWithItsFeatures) {
+  const auto features = CountingFeatures(20);
+  NumberedImages images(20, 0.01);
+  PreparedFeatures extractor(features);
+  StageClock clock;
+  SequentialFeed feed(&images, &extractor, &clock);
+  ExpectFrames(&feed, 20);
+  EXPECT_FALSE(feed.Next());
+  const auto durations = clock.Durations();
+  EXPECT_EQ(durations.at("decode").size(), 20u);
+  EXPECT_EQ(durations.at("network"), std::vector<double>(20, 0.002));
+  EXPECT_EQ(durations.at("key points"), std::vector<double>(20, 0.001));
+}
+
+TEST(PrefetchingFeed, GivesTheSameFrames) {
+  const auto features = CountingFeatures(50);
+  for (int frames_ahead : {1, 3, 100}) {
+    NumberedImages images(50, 0.01);
+    PreparedFeatures extractor(features);
+    StageClock clock;
+    SequentialFeed sequential(&images, &extractor, &clock);
+    PrefetchingFeed feed(&sequential, frames_ahead);
+    ExpectFrames(&feed, 50);
+    EXPECT_FALSE(feed.Next());
+    EXPECT_FALSE(feed.Next());
+  }
+}
+
+TEST(PrefetchingFeed, PassesOnWhatWasThrownAfterTheFramesBefore) {
+  const auto features = CountingFeatures(10);
+  NumberedImages images(10, 0.01, 6);
+  PreparedFeatures extractor(features);
+  StageClock clock;
+  SequentialFeed sequential(&images, &extractor, &clock);
+  PrefetchingFeed feed(&sequential, 2);
+  ExpectFrames(&feed, 6);
+  EXPECT_THROW(feed.Next(), std::runtime_error);
+}
+
+TEST(PrefetchingFeed, MayBeLeftBeforeTheEnd) {
+  const auto features = CountingFeatures(200);
+  for (int taken : {0, 1, 5}) {
+    NumberedImages images(200, 0.01);
+    PreparedFeatures extractor(features);
+    StageClock clock;
+    SequentialFeed sequential(&images, &extractor, &clock);
+    PrefetchingFeed feed(&sequential, 2);
+    ExpectFrames(&feed, taken);
+  }
+}
+
+TEST(LiveImages, GiveAllAtTheirPaceToWhoIsQuick) {
+  NumberedImages images(10, 0.03);
+  LiveImages live(&images);
+  const Stopwatch watch;
+  for (int i = 0; i < 10; ++i) {
+    const auto image = live.Next();
+    ASSERT_TRUE(image);
+    EXPECT_GE(watch.Seconds(), 0.03 * static_cast<double>(image->id.value) - 1e-3) << "not early";
+  }
+  EXPECT_FALSE(live.Next());
+}
+
+TEST(LiveImages, LeaveOutWhatCameWhileOneWasBusy) {
+  constexpr int kCount = 40;
+  constexpr double kInterval = 0.01;
+  NumberedImages images(kCount, kInterval);
+  LiveImages live(&images);
+  int given = 0;
+  int64_t before = -1;
+  while (const auto image = live.Next()) {
+    ++given;
+    EXPECT_LT(before, image->id.value);
+    before = image->id.value;
+    const Stopwatch busy;
+    while (busy.Seconds() < 0.055) {
+    }
+  }
+  EXPECT_EQ(before, kCount - 1) << "the last is not overtaken";
+  EXPECT_LE(given, 10);
+  EXPECT_GE(given, 2);
+  EXPECT_EQ(given + live.skipped(), kCount);
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,324 @@
+#include "deepuav/system/slam.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "deepuav/base/error.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "support/options_with.h"
+#include "support/path_error.h"
+#include "support/synthetic_flight.h"
+
+namespace deepuav {
+namespace {
+
+constexpr FeatureNoise kNoise{0.4, 0.3, 0, 20};
+
+FeatureWorld BoxWorld(uint64_t seed = 1) {
+  Random random(seed);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksInBox(900, {-10, -6, 7}, {24, 6, 18}, &random);
+  return FeatureWorld(geometry, seed + 1);
+}
+
+/// Sideways along the box, weaving.
+std::vector<SE3> WeavingPath(int count) {
+  std::vector<SE3> path;
+  for (int i = 0; i < count; ++i) {
+    const double x = 0.15 * i;
+    path.push_back(SE3(RotationExp({0.02 * std::sin(0.4 * x), 0.05 * std::sin(0.3 * x), 0}),
+                       Eigen::Vector3d(-x, 0.3 * std::sin(0.5 * x), 0.3 * std::cos(0.4 * x))));
+  }
+  return path;
+}
+
+/// A run and the system it left.
+struct Outcome {
+  std::unique_ptr<Slam> slam;
+  SlamResult result;
+};
+
+Outcome Fly(const SyntheticFlight& flight, Schedule schedule = Schedule::kSequential,
+            const SystemOptions& options = {}, const Slam::Progress& progress = nullptr,
+            const std::function<bool()>& stop = nullptr, int throws_at = -1) {
+  PreparedFeatures extractor(flight.features);
+  NearestNeighbourMatcher matcher({});
+  NumberedImages images(flight.size(), flight.frame_interval_s, throws_at);
+  Outcome run;
+  run.slam = std::make_unique<Slam>(flight.camera, options, &extractor, &matcher);
+  run.result = run.slam->Run(&images, schedule, progress, stop);
+  return run;
+}
+
+int Located(const SlamResult& result) {
+  int located = 0;
+  for (const FrameRecord& record : result.frames) located += record.located();
+  return located;
+}
+
+/// Of the frames in one map, after alignment with the truth; metres of the world.
+double PathError(const SlamResult& result, const SyntheticFlight& flight, MapId map = {0}) {
+  std::vector<Eigen::Vector3d> estimate, truth;
+  for (const FrameRecord& record : result.frames) {
+    if (!record.located() || record.map != map) continue;
+    estimate.push_back(record.cam_from_world.InverseTranslation());
+    truth.push_back(
+        flight.cam_from_world[static_cast<size_t>(record.id.value)].InverseTranslation());
+  }
+  return RmseAfterAlignment(estimate, truth);
+}
+
+/// All bits of what a run found.
+std::string Bytes(const SlamResult& result) {
+  std::string bytes;
+  const auto add = [&bytes](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  for (const FrameRecord& record : result.frames) {
+    add(record.id.value);
+    add(record.map.value);
+    add(record.reference.value);
+    add(record.state);
+    for (int i = 0; i < 4; ++i) add(record.cam_from_world.rotation().coeffs()[i]);
+    for (int i = 0; i < 3; ++i) add(record.cam_from_world.translation()[i]);
+    add(record.seen.size());
+    bytes += record.reason;
+  }
+  return bytes;
+}
+
+TEST(Slam, FollowsAFlightFromTheFirstFrameToTheLast) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3);
+  const Outcome run = Fly(flight);
+  EXPECT_EQ(run.result.failure, "");
+  EXPECT_FALSE(run.result.stopped);
+  ASSERT_EQ(run.result.frames.size(), 80u);
+  EXPECT_EQ(Located(run.result), 80);
+  EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+  EXPECT_LT(PathError(run.result, flight), 0.05) << "over 12 m";
+  const FrameRecord& first = run.result.frames.front();
+  EXPECT_FALSE(first.tracked_online);
+  EXPECT_TRUE(first.located()) << "frames before the map's beginning are located at the end";
+  int online = 0;
+  for (const FrameRecord& record : run.result.frames) {
+    online += record.tracked_online;
+    EXPECT_EQ(record.time, Timestamp{record.id.value * 50'000'000});
+    EXPECT_FALSE(record.features) << "a frame with a pose needs them no more";
+  }
+  EXPECT_GT(online, 60);
+  for (const char* stage : {"decode", "network", "key points", "track"}) {
+    EXPECT_EQ(run.result.stage_durations_s.at(stage).size(), 80u) << stage;
+  }
+}
+
+TEST(Slam, FollowsAFlightOverGroundSeenStraightDown) {
+  for (const double relief : {0.0, 2.0}) {
+    Random random(1);
+    SyntheticWorld geometry;
+    geometry.landmarks_world = LandmarksOnGround(900, {-50, -40}, {100, 50}, relief, &random);
+    std::vector<SE3> path;
+    for (int i = 0; i < 80; ++i) {
+      path.push_back(LookDown({0.6 * i, 3 * std::sin(0.05 * i), 40}, 0.01 * i));
+    }
+    const SyntheticFlight flight = MakeFlight(FeatureWorld(geometry, 2), path, kNoise, 16);
+    const Outcome run = Fly(flight);
+    EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+    EXPECT_EQ(Located(run.result), 80);
+    EXPECT_LT(PathError(run.result, flight), 0.3) << "over 48 m, relief " << relief;
+  }
+}
+
+TEST(Slam, SequentialAndThreadedAgreeToTheByteEveryTime) {
+  const FeatureWorld world = BoxWorld();
+  SyntheticFlight flight = MakeFlight(world, WeavingPath(70), {0.6, 0.4, 0.1, 40}, 4);
+  Random random(9);
+  for (size_t i = 30; i < 34; ++i) flight.features[i] = RandomFeatures(200, 752, 480, 64, &random);
+  const std::string sequential = Bytes(Fly(flight, Schedule::kSequential).result);
+  EXPECT_EQ(Bytes(Fly(flight, Schedule::kSequential).result), sequential);
+  EXPECT_EQ(Bytes(Fly(flight, Schedule::kThreaded).result), sequential);
+  EXPECT_EQ(Bytes(Fly(flight, Schedule::kThreaded).result), sequential);
+  for (const int delay : {2, 5}) {
+    const auto options = OptionsWith(&SystemOptions::map_delay_frames, delay);
+    const std::string delayed = Bytes(Fly(flight, Schedule::kSequential, options).result);
+    EXPECT_EQ(Bytes(Fly(flight, Schedule::kThreaded, options).result), delayed) << delay;
+    EXPECT_NE(delayed, sequential);
+  }
+}
+
+TEST(Slam, KeepsTheResultUntilTheSourceFailed) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 5);
+  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded}) {
+    const Outcome run = Fly(flight, schedule, {}, nullptr, nullptr, 45);
+    EXPECT_EQ(run.result.failure, "the disk is gone");
+    ASSERT_EQ(run.result.frames.size(), 45u);
+    EXPECT_EQ(Located(run.result), 45);
+    EXPECT_LT(PathError(run.result, flight), 0.05);
+  }
+  const Outcome nothing = Fly(flight, Schedule::kThreaded, {}, nullptr, nullptr, 0);
+  EXPECT_EQ(nothing.result.failure, "the disk is gone");
+  EXPECT_TRUE(nothing.result.frames.empty());
+}
+
+TEST(Slam, OfNoImagesIsAnEmptyResult) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), {}, kNoise, 5);
+  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded, Schedule::kLive}) {
+    const Outcome run = Fly(flight, schedule);
+    EXPECT_EQ(run.result.failure, "");
+    EXPECT_TRUE(run.result.frames.empty());
+  }
+}
+
+TEST(Slam, StopsWhenAskedAndTellsItsProgress) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 6);
+  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded}) {
+    int64_t told = 0;
+    const Outcome run = Fly(
+        flight, schedule, {},
+        [&told](const FrameRecord& record) { EXPECT_EQ(record.id.value, told++); },
+        [&told] { return told == 40; });
+    EXPECT_TRUE(run.result.stopped);
+    EXPECT_EQ(run.result.frames.size(), 40u);
+    EXPECT_EQ(told, 40);
+    EXPECT_EQ(Located(run.result), 40);
+  }
+}
+
+TEST(Slam, LiveSkipsAndCountsWhatComesTooFast) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 7);
+  flight.frame_interval_s = 0.001;
+  std::set<int64_t> given;
+  const Outcome run = Fly(flight, Schedule::kLive, {}, [&given](const FrameRecord& record) {
+    given.insert(record.id.value);
+    const Stopwatch busy;
+    while (busy.Seconds() < 0.01) {
+    }
+  });
+  EXPECT_EQ(run.result.failure, "");
+  EXPECT_GT(run.result.skipped_late, 10);
+  EXPECT_EQ(given.size() + static_cast<size_t>(run.result.skipped_late), 100u);
+  EXPECT_EQ(run.result.frames.size(), given.size());
+}
+
+TEST(Slam, StartsASecondMapWhenLostForLong) {
+  const FeatureWorld world = BoxWorld();
+  SyntheticFlight flight = MakeFlight(world, WeavingPath(130), kNoise, 8);
+  Random random(9);
+  for (size_t i = 45; i < 80; ++i) flight.features[i] = RandomFeatures(250, 752, 480, 64, &random);
+  const Outcome run = Fly(flight);
+  ASSERT_EQ(run.slam->atlas().maps().size(), 2u);
+  for (const FrameRecord& record : run.result.frames) {
+    const int64_t id = record.id.value;
+    const bool blind = id >= 45 && id < 80;
+    EXPECT_EQ(record.located(), !blind) << id;
+    if (blind) {
+      EXPECT_THAT(record.reason, testing::MatchesRegex("(no pose from 250|waiting for ).*")) << id;
+      continue;
+    }
+    EXPECT_EQ(record.map, MapId{id < 45 ? 0 : 1}) << id;
+  }
+  EXPECT_LT(PathError(run.result, flight, {0}), 0.05);
+  EXPECT_LT(PathError(run.result, flight, {1}), 0.05);
+}
+
+TEST(Slam, FindsBackWhenLostForAMoment) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 10);
+  Random random(9);
+  for (size_t i = 45; i < 60; ++i) flight.features[i] = RandomFeatures(250, 752, 480, 64, &random);
+  const Outcome run = Fly(flight);
+  EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+  EXPECT_EQ(Located(run.result), 80 - 15);
+  EXPECT_LT(PathError(run.result, flight), 0.05);
+}
+
+TEST(Slam, StandsWrongMatchesAndNoise) {
+  const FeatureWorld world = BoxWorld();
+  for (const double wrong_matches : {0.2, 0.4}) {
+    const double swapped = 1 - std::sqrt(1 - wrong_matches);
+    SyntheticFlight flight = MakeFlight(world, WeavingPath(70), {1, 0.5, swapped, 100}, 11);
+    // Starting demands more agreement than going on does.
+    const SyntheticFlight clean = MakeFlight(world, WeavingPath(20), kNoise, 11);
+    std::copy(clean.features.begin(), clean.features.end(), flight.features.begin());
+    const Outcome run = Fly(flight);
+    EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+    EXPECT_EQ(Located(run.result), 70) << wrong_matches;
+    EXPECT_LT(PathError(run.result, flight), 0.15) << wrong_matches;
+  }
+}
+
+TEST(Slam, AWrongFocalLengthStillTracksOrSaysWhy) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 12);
+  for (const double factor : {0.95, 1.05}) {
+    flight.camera.pinhole.fx = flight.camera.pinhole.fy = factor * 450;
+    const Outcome run = Fly(flight);
+    EXPECT_EQ(run.result.failure, "");
+    ASSERT_EQ(run.result.frames.size(), 60u);
+    for (const FrameRecord& record : run.result.frames) {
+      EXPECT_NE(record.located(), !record.reason.empty()) << record.id.value;
+      if (record.located()) {
+        EXPECT_TRUE(record.cam_from_world.Matrix().allFinite());
+      }
+    }
+    if (Located(run.result) > 30) {
+      EXPECT_LT(PathError(run.result, flight), 0.5);
+    }
+  }
+}
+
+TEST(Slam, PureRotationNeverStartsAMap) {
+  std::vector<SE3> path;
+  for (int i = 0; i < 60; ++i)
+    path.emplace_back(RotationExp({0.002 * i, 0.01 * i, 0}), Eigen::Vector3d::Zero());
+  const Outcome run = Fly(MakeFlight(BoxWorld(), path, kNoise, 13));
+  EXPECT_TRUE(run.slam->atlas().maps().empty());
+  EXPECT_EQ(Located(run.result), 0);
+  for (const FrameRecord& record : run.result.frames) {
+    EXPECT_THAT(record.reason, testing::StartsWith("waiting for "));
+  }
+}
+
+TEST(Slam, ForgetsTheFeaturesOfFramesThatCannotBeLocatedAnyMore) {
+  std::vector<SE3> path(30, SE3());  // hovers: no map
+  const auto options = OptionsWith(&SystemOptions::max_unlocated_frames, 10);
+  const Outcome run = Fly(MakeFlight(BoxWorld(), path, kNoise, 14), Schedule::kSequential, options);
+  int kept = 0;
+  for (const FrameRecord& record : run.result.frames) kept += record.features != nullptr;
+  EXPECT_EQ(kept, 10);
+}
+
+TEST(Slam, SurvivesFramesWithoutKeypoints) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 15);
+  for (size_t i : {0u, 1u, 30u, 31u, 59u}) flight.features[i] = Features{{}, Descriptors(64)};
+  const Outcome run = Fly(flight, Schedule::kThreaded);
+  EXPECT_EQ(run.result.failure, "");
+  EXPECT_EQ(Located(run.result), 55);
+  EXPECT_EQ(run.result.frames[30].reason, "no pose from 0 key points");
+}
+
+TEST(ParseSchedule, KnowsThreeNames) {
+  EXPECT_EQ(ParseSchedule("sequential"), Schedule::kSequential);
+  EXPECT_EQ(ParseSchedule("threaded"), Schedule::kThreaded);
+  EXPECT_EQ(ParseSchedule("live"), Schedule::kLive);
+  EXPECT_THROW(ParseSchedule("Live"), Error);
+}
+
+TEST(SystemOptions, AreAllRegisteredOnceAndChecked) {
+  SystemOptions options;
+  OptionRegistry registry;
+  RegisterOptions(&options, &registry);
+  EXPECT_GT(registry.entries().size(), 50u);
+  registry.Set("tracking.max_lost_frames", "7");
+  registry.Set("mapping.creation.min_parallax_deg", "2.5");
+  EXPECT_EQ(options.tracking.max_lost_frames, 7);
+  EXPECT_EQ(options.mapping.creation.min_parallax_deg, 2.5);
+  EXPECT_NO_THROW(options.Check());
+  registry.Set("mapping.epipolar.ratio", "0");
+  EXPECT_THROW(options.Check(), Error);
+  EXPECT_THROW(OptionsWith(&SystemOptions::map_delay_frames, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&SystemOptions::frames_ahead, 0).Check(), Error);
+}
+
+}  // namespace
+}  // namespace deepuav
