@@ -192,8 +192,8 @@ class WrongInput(CommandTest):
     def test_wrong_calibration(self):
         for name, parts, wrong in (
                 ("negative", ["sensor.yaml", "fx"], {"fx": -50}),
-                ("count", ["sensor.yaml:13", "distortion_coefficients holds 3"], {"distortion": "[0.1, 0, 0]"}),
-                ("text", ["sensor.yaml:13", "distortion_coefficients[1]"], {"distortion": "[0.1, x, 0, 0]"}),
+                ("count", ["sensor.yaml:12", "distortion_coefficients holds 3"], {"distortion": "[0.1, 0, 0]"}),
+                ("text", ["sensor.yaml:12", "distortion_coefficients[1]"], {"distortion": "[0.1, x, 0, 0]"}),
                 ("size", ["100.png", "64x48", "80x48", "sensor.yaml"], {"width": 80}),
                 ("centre", ["sensor.yaml", "cx"], {"width": 8})):
             with self.subTest(name):

@@ -70,23 +70,22 @@ def subpixel_offsets(probability: np.ndarray, rows: np.ndarray, columns: np.ndar
                      ) -> np.ndarray:
     """Offsets (N, 2), x then y, of the maxima of a quadratic fitted to the log of the smoothed map.
 
-    A fit without a maximum within one pixel gives no offset.
+    The quadratic fits the 3x3 neighbourhood by least squares; coordinates are limited to one pixel,
+    and a fit without a maximum gives no offset.
     """
-    smooth = np.log(cv2.GaussianBlur(probability, (0, 0), sigma) + _TINY)
-
-    def at(dy: int, dx: int) -> np.ndarray:
-        return smooth[rows + dy, columns + dx]
-
-    gx, gy = 0.5 * (at(0, 1) - at(0, -1)), 0.5 * (at(1, 0) - at(-1, 0))
-    hxx = at(0, 1) - 2 * at(0, 0) + at(0, -1)
-    hyy = at(1, 0) - 2 * at(0, 0) + at(-1, 0)
-    hxy = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1))
+    smooth = np.log(np.maximum(cv2.GaussianBlur(probability, (0, 0), sigma), _TINY))
+    steps = (-1, 0, 1)
+    log = np.stack([[smooth[rows + dy, columns + dx] for dx in steps] for dy in steps])
+    by_column, by_row = log.sum(axis=0), log.sum(axis=1)
+    gx, gy = (by_column[2] - by_column[0]) / 6, (by_row[2] - by_row[0]) / 6
+    hxx = (by_column[0] - 2 * by_column[1] + by_column[2]) / 3
+    hyy = (by_row[0] - 2 * by_row[1] + by_row[2]) / 3
+    hxy = (log[0, 0] + log[2, 2] - log[0, 2] - log[2, 0]) / 4
     determinant = hxx * hyy - hxy * hxy
-    peaked = (determinant > _TINY) & (hxx < 0)
+    peaked = (determinant > 0) & (hxx < 0)
     safe = np.where(peaked, determinant, 1.0)
     offsets = np.stack([-(hyy * gx - hxy * gy) / safe, -(hxx * gy - hxy * gx) / safe], axis=1)
-    good = peaked & (np.abs(offsets).max(axis=1) <= 1.0)
-    return np.where(good[:, None], offsets, 0.0).astype(np.float32)
+    return np.where(peaked[:, None], np.clip(offsets, -1, 1), 0.0).astype(np.float32)
 
 
 def sample_descriptors(descriptors: np.ndarray, points: np.ndarray) -> np.ndarray:

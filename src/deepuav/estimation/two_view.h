@@ -19,7 +19,7 @@ struct TwoViewOptions {
   double confidence = 0.9999;
   int max_iterations = 2000;
   int min_inliers = 50;
-  double min_parallax_deg = 3.0;  ///< Median over the points.
+  double min_parallax_deg = 1.0;  ///< Median over the points.
   double min_front_ratio =
       0.9;  ///< Of the inliers, in front of both cameras, for a solution to be kept.
   double planar_ratio =

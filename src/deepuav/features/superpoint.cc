@@ -98,16 +98,15 @@ std::optional<double> UndistortionMagnification(const Camera& camera,
 }  // namespace
 
 void SuperPointOptions::Check() const {
-  if (model.empty())
-    throw Error("option features.model is empty: expected the file of a network");
+  if (model.empty()) throw Error("option features.model is empty: expected the file of a network");
   CheckOption(keypoints >= 1, "features.keypoints", keypoints, "at least 1");
   CheckOption(threshold >= 0 && threshold < 1, "features.threshold", threshold, "0 to below 1");
   CheckOption(nms_radius >= 0, "features.nms_radius", nms_radius, "at least 0 px");
   CheckOption(border >= 0, "features.border", border, "at least 0 px");
   CheckOption(subpixel_sigma >= 0 && subpixel_sigma <= kSuperPointCell, "features.subpixel_sigma",
               subpixel_sigma, "0 to 8 px");
-  CheckOption(subpixel_max_offset >= 0 && subpixel_max_offset <= 1,
-              "features.subpixel_max_offset", subpixel_max_offset, "0 to 1 px");
+  CheckOption(subpixel_max_offset >= 0 && subpixel_max_offset <= 1, "features.subpixel_max_offset",
+              subpixel_max_offset, "0 to 1 px");
   CheckOption(sigma > 0, "features.sigma", sigma, "more than 0 px");
 }
 

@@ -1,6 +1,7 @@
 #include "deepuav/inference/session.h"
 
 #include <algorithm>
+#include <openvino/frontend/manager.hpp>
 #include <openvino/openvino.hpp>
 #include <sstream>
 
@@ -64,9 +65,21 @@ void CheckIsFile(const std::filesystem::path& file) {
   }
 }
 
+// Asked first, as the runtime tries its readers of other formats on a file that is no ONNX, and
+// those complain on stderr.
+bool LooksLikeOnnx(const std::filesystem::path& model) {
+  const auto reader = ov::frontend::FrontEndManager().load_by_framework("onnx");
+  return reader && reader->supported(model.string());
+}
+
 std::shared_ptr<ov::Model> ReadModel(const std::filesystem::path& model) {
   CheckIsFile(model);
-  if (model.extension() == ".xml") CheckIsFile(WeightsOf(model));
+  if (model.extension() == ".xml") {
+    CheckIsFile(WeightsOf(model));
+  } else if (!LooksLikeOnnx(model)) {
+    throw Error("{}: no network that can be read: expected ONNX, or OpenVINO's .xml",
+                model.string());
+  }
   try {
     return Core().read_model(model.string());
   } catch (const std::exception&

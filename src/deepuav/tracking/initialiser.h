@@ -22,7 +22,8 @@ struct InitialiserOptions {
   double min_lead = 1.15;  ///< Confirmed points of the best solution over those of the second best.
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
-  TwoViewOptions two_view;
+  /// Less parallax than this gives maps whose scale drifts: see docs/decisions.md.
+  TwoViewOptions two_view{.min_parallax_deg = 3};
   AbsolutePoseOptions absolute_pose;
 
   void Check() const;

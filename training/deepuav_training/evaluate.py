@@ -1,0 +1,160 @@
+"""Compares networks on homographies between views of places that none was trained on.
+
+    python -m deepuav_training.evaluate --labels configs/labels.yaml --models a.onnx b.onnx
+"""
+
+import argparse
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from deepuav_training.config import load_config
+from deepuav_training.data.homography import (HomographyConfig, sample_homography,
+                                              similarity_matrix, translation_matrix, warp_image)
+from deepuav_training.data.manifest import Photograph, read_manifest, split_photographs
+from deepuav_training.data.photometric import PhotometricConfig, change_light, degrade
+from deepuav_training.data.views import load_grey
+from deepuav_training.keypoints import (CELL, DetectionConfig, detect, probability_map,
+                                        sample_descriptors)
+from deepuav_training.label import LabelConfig
+from deepuav_training.metrics import (area_under_curve, homography_error, mutual_nearest,
+                                      precision, repeatability)
+from deepuav_training.runtime import Network
+
+SETS = ("easy", "hard", "turned 90", "turned 180")
+_LIMITS_PX = (1.0, 3.0, 5.0)
+_MATCH_PX = 3.0
+
+_EASY = HomographyConfig(rotation_deg=15, any_rotation_share=0, scale_min=0.8, scale_max=1.25,
+                         perspective=0.15, translation=0.05)
+_HARD = HomographyConfig(rotation_deg=45, any_rotation_share=0, scale_min=0.5, scale_max=2.0,
+                         perspective=0.25, translation=0.1)
+_MILD_LIGHT = PhotometricConfig(exposure=0.2, contrast=0.2, gamma=0.2)
+_STRONG_LIGHT = PhotometricConfig(clean_share=0, light_share=1, shadow_share=0.5, haze_share=0.3)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two views of a photograph."""
+
+    a: np.ndarray  # (H, W) uint8
+    b: np.ndarray
+    b_from_a: np.ndarray  # (3, 3)
+
+
+def held_out(labels: LabelConfig, count: int, seed: int) -> list[Photograph]:
+    """Photographs of validation places, the sources taking turns."""
+    _, validation = split_photographs(read_manifest(labels.images), labels.split)
+    rng = np.random.default_rng(seed)
+    by_source = {}
+    for photo in validation:
+        by_source.setdefault(photo.source, []).append(photo)
+    queues = [[photos[i] for i in rng.permutation(len(photos))]
+              for _, photos in sorted(by_source.items())]
+    turns = (queue[turn] for turn in range(max(map(len, queues))) for queue in queues
+             if turn < len(queue))
+    return [photo for photo, _ in zip(turns, range(count), strict=False)]
+
+
+def make_pair(photo: np.ndarray, kind: str, rng: np.random.Generator) -> Pair:
+    """A pair of the set `kind`; both views have the photograph's size, cut to whole cells."""
+    height, width = (CELL * (side // CELL) for side in photo.shape)
+    a = np.ascontiguousarray(photo[:height, :width])
+    if kind.startswith("turned"):
+        centre = np.array([0.5 * (width - 1), 0.5 * (height - 1)])
+        turn = (translation_matrix(centre)
+                @ similarity_matrix(np.radians(float(kind.split()[1])), 1.0)
+                @ translation_matrix(-centre))
+        b_from_a = sample_homography(rng, _EASY, width, height) @ turn
+    else:
+        b_from_a = sample_homography(rng, _HARD if kind == "hard" else _EASY, width, height)
+    b, _ = warp_image(photo, b_from_a, width, height)
+    if kind == "hard":
+        b = degrade(b, rng, _STRONG_LIGHT)
+    else:
+        picture = change_light(b.astype(np.float32) / 255, rng, _MILD_LIGHT)
+        b = np.rint(255 * picture).astype(np.uint8)
+    return Pair(a, b, b_from_a)
+
+
+def features(network: Network, image: np.ndarray, detection: DetectionConfig
+             ) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 2) and their descriptors (N, C)."""
+    logits, descriptors = network(image)
+    points, _ = detect(probability_map(logits), detection)
+    return points, sample_descriptors(descriptors, points)
+
+
+def measure(network_a: Network, network_b: Network, pairs: list[Pair],
+            detection: DetectionConfig) -> dict[str, float]:
+    """Percentages over the pairs of one set, a seen by one network, b by another or the same."""
+    errors, precisions, repeated, counts, matched = [], [], [], [], []
+    for pair in pairs:
+        points_a, descriptors_a = features(network_a, pair.a, detection)
+        points_b, descriptors_b = features(network_b, pair.b, detection)
+        size = pair.a.shape[::-1]
+        matches = mutual_nearest(descriptors_a, descriptors_b)
+        a, b = points_a[matches[:, 0]], points_b[matches[:, 1]]
+        errors.append(homography_error(a, b, pair.b_from_a, *size))
+        precisions.append(precision(a, b, pair.b_from_a, _MATCH_PX))
+        repeated.append(repeatability(points_a, points_b, pair.b_from_a, size, size, _MATCH_PX))
+        counts.append(len(points_a))
+        matched.append(len(matches))
+    result = {f"AUC@{limit:g}": 100 * area_under_curve(errors, limit) for limit in _LIMITS_PX}
+    result |= {"precision": 100 * float(np.mean(precisions)),
+               "repeatability": 100 * float(np.mean(repeated)),
+               "points": float(np.mean(counts)), "matches": float(np.mean(matched))}
+    return result
+
+
+def format_row(name: str, result: dict[str, dict[str, float]]) -> str:
+    """A line of the table: AUC@1/3/5, precision (P), repeatability (R) and points (N)."""
+    cells = []
+    for kind in SETS:
+        r = result[kind]
+        cells.append(f"{r['AUC@1']:.0f}/{r['AUC@3']:.0f}/{r['AUC@5']:.0f}, P {r['precision']:.0f}, "
+                     f"R {r['repeatability']:.0f}, N {r['points']:.0f}")
+    return f"| {name} | " + " | ".join(cells) + " |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--labels", required=True, help="configuration of the labels: the split")
+    parser.add_argument("--models", nargs="+", required=True, metavar="FILE[+FILE]",
+                        help="networks; with a + the second sees the second view")
+    parser.add_argument("--pairs", type=int, default=60, help="of a set (%(default)s)")
+    parser.add_argument("--points", type=int, default=1024, help="at most (%(default)s)")
+    parser.add_argument("--threshold", type=float, default=0.005)
+    parser.add_argument("--precision", default="f32", choices=("f32", "bf16"))
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--json", type=Path, help="where to write the figures too")
+    arguments = parser.parse_args()
+    cv2.setNumThreads(arguments.threads)
+    labels = load_config(LabelConfig, arguments.labels)
+    photos = held_out(labels, arguments.pairs, arguments.seed)
+    detection = DetectionConfig(max_points=arguments.points, threshold=arguments.threshold)
+    print(f"{len(photos)} pairs a set, at most {arguments.points} points above "
+          f"{arguments.threshold}, mutual nearest neighbours, LO-RANSAC, {arguments.precision}; "
+          "AUC@1/3/5 px, precision (P) and repeatability (R) at 3 px, points (N)\n")
+    print(f"| network | {' | '.join(SETS)} |\n|---{'|---' * len(SETS)}|", flush=True)
+    results = {}
+    for name in arguments.models:
+        files = name.split("+")
+        networks = [Network(file, arguments.threads, arguments.precision) for file in files]
+        results[name] = {}
+        for number, kind in enumerate(SETS):
+            pairs = [make_pair(load_grey(Path(labels.images) / photo.file), kind,
+                               np.random.default_rng([arguments.seed, number, i]))
+                     for i, photo in enumerate(photos)]
+            results[name][kind] = measure(networks[0], networks[-1], pairs, detection)
+        print(format_row(" + ".join(Path(file).stem for file in files), results[name]), flush=True)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""Writes a trained small SuperPoint as ONNX and checks it against torch.
+
+    python -m deepuav_training.export --config configs/superpoint_small.yaml --out small.onnx
+"""
+
+import argparse
+import copy
+import warnings
+from pathlib import Path
+
+import numpy as np
+import onnx
+import openvino
+import torch
+
+from deepuav_training.checkpoint import load_checkpoint
+from deepuav_training.config import load_config
+from deepuav_training.errors import TrainingError
+from deepuav_training.models.superpoint_small import SmallSuperPoint, count_macs
+from deepuav_training.train_small import TrainConfig, new_state
+
+_OPSET = 17
+_CHECKED_SIZES = ((240, 320), (88, 136))  # height, width
+_LOGITS_TOLERANCE = 2e-3
+_DESCRIPTOR_TOLERANCE = 1e-4
+
+
+def export_onnx(network: SmallSuperPoint, path: Path) -> None:
+    """Writes the network with dynamic batch, height and width."""
+    network = copy.deepcopy(network).eval().to(memory_format=torch.contiguous_format)
+    cells = {0: "batch", 2: "rows", 3: "columns"}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.onnx.export(network, torch.zeros(1, 1, *_CHECKED_SIZES[0]), str(path), dynamo=False,
+                          opset_version=_OPSET, input_names=["image"],
+                          output_names=["logits", "descriptors"],
+                          dynamic_axes={"image": {0: "batch", 2: "height", 3: "width"},
+                                        "logits": cells, "descriptors": cells})
+    onnx.checker.check_model(str(path))
+
+
+def largest_differences(network: SmallSuperPoint, path: Path) -> tuple[float, float]:
+    """Largest difference of logits and of descriptors between torch and OpenVINO in float32."""
+    compiled = openvino.Core().compile_model(str(path), "CPU", {"INFERENCE_PRECISION_HINT": "f32"})
+    generator = np.random.default_rng(0)
+    worst = np.zeros(2)
+    for height, width in _CHECKED_SIZES:
+        image = generator.random((1, 1, height, width), dtype=np.float32)
+        with torch.no_grad():
+            expected = network.eval()(torch.from_numpy(image))
+        found = compiled(image)
+        worst = np.maximum(worst, [np.abs(found[name] - value.numpy()).max() for name, value
+                                   in zip(("logits", "descriptors"), expected, strict=True)])
+    return float(worst[0]), float(worst[1])
+
+
+def check_export(network: SmallSuperPoint, path: Path) -> tuple[float, float]:
+    """Raises TrainingError where the file does not compute what the network does."""
+    logits, descriptors = largest_differences(network, path)
+    if logits > _LOGITS_TOLERANCE or descriptors > _DESCRIPTOR_TOLERANCE:
+        raise TrainingError(f"{path}: logits differ from torch by {logits:.2g}, descriptors by "
+                            f"{descriptors:.2g}, expected at most {_LOGITS_TOLERANCE} and "
+                            f"{_DESCRIPTOR_TOLERANCE}")
+    return logits, descriptors
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--config", required=True, help="of the training run")
+    parser.add_argument("--checkpoint", type=Path, help="instead of the run's own")
+    parser.add_argument("--out", type=Path, required=True)
+    arguments = parser.parse_args()
+    config = load_config(TrainConfig, arguments.config)
+    state = new_state(config)
+    load_checkpoint(arguments.checkpoint or Path(config.run) / "checkpoint.pt", state)
+    export_onnx(state.average, arguments.out)
+    logits, descriptors = check_export(state.average, arguments.out)
+    parameters = sum(p.numel() for p in state.average.parameters())
+    print(f"{arguments.out}: step {state.step}, {parameters / 1e6:.3f} M parameters, "
+          f"{count_macs(state.average, 480, 752) / 1e9:.2f} GMAC at 752x480; differs from torch by "
+          f"{logits:.1e} (logits) and {descriptors:.1e} (descriptors)")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+import copy
+
+import numpy as np
+import pytest
+import torch
+
+from deepuav_training.checkpoint import load_checkpoint, save_checkpoint
+from deepuav_training.data.pairs import Sample, cell_labels
+from deepuav_training.errors import TrainingError
+from deepuav_training.export import check_export, export_onnx
+from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
+                                                      SmallSuperPointConfig, count_macs)
+from deepuav_training.train_small import (Pace, TrainConfig, collate, learning_rate, new_state,
+                                          train_step)
+
+TINY = SmallSuperPointConfig(half=4, quarter=4, eighth=8, deep=8, detail=4, head=8,
+                             descriptor_hidden=8)
+CONFIG = TrainConfig(network=TINY, batch=2, bfloat16=False, steps=40, learning_rate=0.01)
+
+
+def tiny_batch(seed):
+    rng = np.random.default_rng(seed)
+    samples = []
+    for _ in range(CONFIG.batch):
+        points = rng.uniform(8, 40, (6, 2)).astype(np.float32)
+        image = rng.integers(0, 256, (48, 48)).astype(np.uint8)
+        cells = cell_labels(points, np.full(6, 0.9), 48, 48, 0.6)
+        descriptors = np.eye(6, 256, dtype=np.float32)
+        samples.append(Sample(np.stack([image, image]), np.stack([cells, cells]),
+                              np.ones((2, 6, 6), bool), np.stack([points, points]), descriptors, 5))
+    return collate(samples)
+
+
+def weights(state):
+    return torch.cat([p.flatten() for p in state.average.state_dict().values()])
+
+
+def test_outputs_have_the_published_layout():
+    logits, descriptors = SmallSuperPoint()(torch.rand(2, 1, 40, 56))
+    assert logits.shape == (2, 65, 5, 7) and descriptors.shape == (2, 256, 5, 7)
+    torch.testing.assert_close(descriptors.norm(dim=1), torch.ones(2, 5, 7))
+
+
+def test_cost_stays_within_a_fifth_of_the_large_network():
+    assert count_macs(SmallSuperPoint(), 480, 752) < 30.6e9 / 5
+
+
+def test_macs_of_one_convolution():
+    assert count_macs(torch.nn.Conv2d(1, 4, 3, stride=2, padding=1), 8, 12) == 36 * 4 * 6
+
+
+def test_residual_block_starts_as_the_identity():
+    x = torch.rand(1, 8, 6, 6)
+    torch.testing.assert_close(Residual(8)(x), x)
+
+
+def test_collating_puts_labelled_views_first():
+    batch = tiny_batch(0)
+    assert batch.images.shape == (4, 1, 48, 48) and batch.points.shape == (4, 6, 2)
+    assert batch.valid.tolist() == [[True] * 5 + [False]] * 2
+    torch.testing.assert_close(batch.images[0], batch.images[2])
+    assert not torch.equal(batch.images[0], batch.images[1])
+
+
+def test_training_lowers_every_loss():
+    state, batch = new_state(CONFIG), tiny_batch(0)
+    state.progress = CONFIG.warmup
+    first = train_step(state, batch, CONFIG)
+    for _ in range(40):
+        last = train_step(state, batch, CONFIG)
+    assert all(last[name] < 0.9 * first[name] for name in first), (first, last)
+
+
+def test_training_resumes_exactly(tmp_path):
+    straight, pace = new_state(CONFIG), Pace(CONFIG.steps, None)
+    for step in range(6):
+        train_step(straight, tiny_batch(step), CONFIG)
+        straight.progress = pace.advance(straight.progress)
+        if step == 2:
+            save_checkpoint(tmp_path / "c.pt", straight)
+    resumed = new_state(TrainConfig(network=TINY, batch=2, bfloat16=False, seed=99))
+    load_checkpoint(tmp_path / "c.pt", resumed)
+    for step in range(resumed.step, 6):
+        train_step(resumed, tiny_batch(step), CONFIG)
+        resumed.progress = pace.advance(resumed.progress)
+    assert resumed.step == straight.step and resumed.progress == straight.progress
+    assert torch.equal(weights(straight), weights(resumed))
+
+
+def test_checkpoint_of_another_network_is_refused(tmp_path):
+    save_checkpoint(tmp_path / "c.pt", new_state(CONFIG))
+    with pytest.raises(TrainingError, match="c.pt"):
+        load_checkpoint(tmp_path / "c.pt", new_state(TrainConfig()))
+
+
+def test_learning_rate_rises_and_falls():
+    assert learning_rate(0, CONFIG) < 0.1 * CONFIG.learning_rate
+    assert learning_rate(CONFIG.warmup, CONFIG) == pytest.approx(CONFIG.learning_rate)
+    assert learning_rate(1, CONFIG) == pytest.approx(0.01 * CONFIG.learning_rate)
+
+
+def test_exported_network_equals_torch_at_any_size(tmp_path):
+    network = SmallSuperPoint(TINY)
+    network.train()(torch.rand(4, 1, 48, 48))  # statistics to be folded
+    export_onnx(network, tmp_path / "n.onnx")
+    logits, descriptors = check_export(network, tmp_path / "n.onnx")
+    assert logits < 2e-3 and descriptors < 1e-4
+
+
+def test_export_of_other_weights_is_noticed(tmp_path):
+    network = SmallSuperPoint(TINY)
+    export_onnx(network, tmp_path / "n.onnx")
+    other = copy.deepcopy(network)
+    with torch.no_grad():
+        other.detector[-1].bias += 0.1
+    with pytest.raises(TrainingError, match="differ"):
+        check_export(other, tmp_path / "n.onnx")
