@@ -144,7 +144,7 @@ void Map::UpdateViewRange(LandmarkId id) {
         keyframes_.At(observation.keyframe).cam_from_world.InverseTranslation() -
         landmark.position_world;
     const double distance = to_camera.norm();
-    sum += to_camera / distance;
+    if (distance > 0) sum += to_camera / distance;
     landmark.min_distance = std::min(landmark.min_distance, distance);
     landmark.max_distance = std::max(landmark.max_distance, distance);
   }

@@ -9,14 +9,15 @@
 namespace deepuav {
 namespace {
 
-std::vector<KeyframeId> NeighboursAndTheirs(const Map& map, KeyframeId id, int max_neighbours) {
-  std::vector<KeyframeId> neighbours = map.Covisible(id, 1, max_neighbours);
+std::vector<KeyframeId> NeighboursAndTheirs(const Map& map, KeyframeId id,
+                                            const FusionOptions& options) {
+  std::vector<KeyframeId> neighbours = map.Covisible(id, 1, options.max_neighbours);
   std::set<KeyframeId> taken(neighbours.begin(), neighbours.end());
   taken.insert(id);
   const size_t first_ring = neighbours.size();
-  for (size_t i = 0; i < first_ring && neighbours.size() < 2 * static_cast<size_t>(max_neighbours);
-       ++i) {
-    for (KeyframeId second : map.Covisible(neighbours[i], 1, 5)) {
+  const size_t most = 2 * static_cast<size_t>(options.max_neighbours);
+  for (size_t i = 0; i < first_ring && neighbours.size() < most; ++i) {
+    for (KeyframeId second : map.Covisible(neighbours[i], 1, options.second_ring)) {
       if (taken.insert(second).second) neighbours.push_back(second);
     }
   }
@@ -71,13 +72,14 @@ std::vector<LandmarkId> ValidLandmarks(const Keyframe& keyframe) {
 
 void FusionOptions::Check() const {
   CheckOption(radius_px > 0, "mapping.fusion.radius_px", radius_px, "above 0");
+  CheckOption(second_ring >= 0, "mapping.fusion.second_ring", second_ring, "0 or more");
   CheckOption(max_neighbours >= 1, "mapping.fusion.max_neighbours", max_neighbours, "at least 1");
   visibility.Check();
   projection.Check();
 }
 
 void FuseDuplicates(Map* map, KeyframeId id, const Camera& camera, const FusionOptions& options) {
-  const std::vector<KeyframeId> neighbours = NeighboursAndTheirs(*map, id, options.max_neighbours);
+  const std::vector<KeyframeId> neighbours = NeighboursAndTheirs(*map, id, options);
   std::set<LandmarkId> changed;
   for (KeyframeId neighbour : neighbours) {
     FuseInto(map, neighbour, ValidLandmarks(map->At(id)), camera, options, &changed);

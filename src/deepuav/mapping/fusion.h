@@ -8,6 +8,7 @@
 namespace deepuav {
 
 struct FusionOptions {
+  int second_ring = 5;      ///< Keyframes taken of each neighbour's own neighbours.
   double radius_px = 3;     ///< Search window around a projected landmark.
   int max_neighbours = 15;  ///< Keyframes fused with the new one, and as many of theirs again.
   VisibilityOptions visibility;
@@ -16,6 +17,7 @@ struct FusionOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
+    visit("second_ring", second_ring, "", "keyframes taken of each neighbour's own neighbours");
     visit("radius_px", radius_px, "px", "search window around a projected landmark");
     visit("max_neighbours", max_neighbours, "",
           "keyframes whose landmarks are fused with the new one's");

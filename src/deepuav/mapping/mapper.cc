@@ -14,6 +14,8 @@ void MappingOptions::Check() const {
               "at least 2");
   CheckOption(window_keyframes >= 2, "mapping.window_keyframes", window_keyframes, "at least 2");
   CheckOption(redundant_ratio > 0, "mapping.redundant_ratio", redundant_ratio, "above 0");
+  CheckOption(substitute_ratio >= 0 && substitute_ratio <= 1, "mapping.substitute_ratio",
+              substitute_ratio, "0 to 1");
   CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers,
               "at least 1");
   local_map.Check();
@@ -133,7 +135,11 @@ bool Mapper::IsRedundant(const Keyframe& keyframe, const Map& map) const {
     ++landmarks;
     redundant += static_cast<int>(map.At(id).observations.size()) > options_.redundant_observers;
   }
-  return redundant > options_.redundant_ratio * landmarks;
+  if (redundant <= options_.redundant_ratio * landmarks) return false;
+  // Without a near substitute, culling would go on along the path until hardly a keyframe is left.
+  int most_shared = 0;
+  for (const auto& [id, shared] : keyframe.covisible) most_shared = std::max(most_shared, shared);
+  return most_shared >= options_.substitute_ratio * landmarks;
 }
 
 void Mapper::AdjustGlobally(MapId id) {

@@ -21,7 +21,8 @@ struct MappingOptions {
   int window_keyframes = 20;       ///< Keyframes adjusted together with a new one.
   double redundant_ratio =
       0.9;  ///< Share of a keyframe's landmarks seen elsewhere that makes it redundant...
-  int redundant_observers = 3;  ///< ...by this many other keyframes.
+  int redundant_observers = 3;    ///< ...by this many other keyframes...
+  double substitute_ratio = 0.6;  ///< ...if one of them alone sees this share of all.
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
@@ -42,6 +43,8 @@ struct MappingOptions {
           "share of landmarks seen elsewhere that makes a keyframe redundant");
     visit("redundant_observers", redundant_observers, "",
           "other keyframes that must see these landmarks");
+    visit("substitute_ratio", substitute_ratio, "",
+          "share of a redundant keyframe's landmarks that one other keyframe must see");
   }
 };
 

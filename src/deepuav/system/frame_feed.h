@@ -18,8 +18,6 @@ class FrameFeed {
   virtual ~FrameFeed() = default;
   /// Nothing at the end. Throws what reading or extraction threw.
   virtual std::optional<Frame> Next() = 0;
-  /// Images left out because they came too late.
-  virtual int Skipped() const { return 0; }
 };
 
 /// Reads and extracts when asked.
@@ -42,7 +40,6 @@ class PrefetchingFeed : public FrameFeed {
   PrefetchingFeed(FrameFeed* feed, int frames_ahead);
   ~PrefetchingFeed() override;
   std::optional<Frame> Next() override;
-  int Skipped() const override { return feed_->Skipped(); }
 
  private:
   void Work();

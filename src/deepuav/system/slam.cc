@@ -76,7 +76,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     FrameFeed* feed = prefetching ? static_cast<FrameFeed*>(&*prefetching) : &sequential;
     ProcessAll(feed, mapping.get(), live, progress, stop, &result);
   }
-  Finish(&result.frames);
+  Finish(&result);
   result.skipped_late = live_images.skipped();
   result.stage_durations_s = clock_.Durations();
   return result;
@@ -108,7 +108,9 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
     if (keyframe_under_way_) mapping->Collect();
     keyframe_under_way_.reset();
     const LocalMapPtr local_map = mapping->StartMap(*result.initial_map);
-    if (local_map) {
+    if (!local_map) {
+      result.reason = "the first two views did not hold as a map";
+    } else {
       Log().info("map {} starts at frame {}", local_map->map.value,
                  result.initial_map->first.id.value);
       tracker_.Begin(local_map);
@@ -140,15 +142,25 @@ void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
   unlocated_.pop_front();
 }
 
-void Slam::Finish(std::vector<FrameRecord>* records) {
-  if (options_.adjust_at_end) {
-    for (const Map& map : atlas_.maps()) mapper_.AdjustGlobally(map.id());
+void Slam::Finish(SlamResult* result) {
+  for (FrameRecord& record : result->frames) {
+    if (record.located()) {
+      record.cam_from_world =
+          record.cam_from_reference * atlas_.At(record.map).PoseOf(record.reference);
+    }
   }
-  const StageScope stage(&clock_, "finish trajectory");
-  FrameLocator locator(camera_, options_.tracking.locator, matcher_, nullptr);
-  TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
-                   options_.tracking.max_lost_frames, atlas_, &locator)
-      .Finish(records);
+  try {
+    if (options_.adjust_at_end) {
+      for (const Map& map : atlas_.maps()) mapper_.AdjustGlobally(map.id());
+    }
+    const StageScope stage(&clock_, "finish trajectory");
+    FrameLocator locator(camera_, options_.tracking.locator, matcher_, nullptr);
+    TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
+                     options_.tracking.max_lost_frames, atlas_, &locator)
+        .Finish(&result->frames);
+  } catch (const std::exception& error) {
+    if (result->failure.empty()) result->failure = error.what();
+  }
 }
 
 }  // namespace deepuav

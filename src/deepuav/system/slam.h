@@ -86,7 +86,8 @@ class Slam {
   void CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live);
   /// Lets go of the oldest features kept for frames without a pose, once there are too many.
   void LimitUnlocated(std::vector<FrameRecord>* records);
-  void Finish(std::vector<FrameRecord>* records);
+  /// Adjusts the maps and gives all frames their final poses; on failure those they had remain.
+  void Finish(SlamResult* result);
 
   const Camera camera_;
   const SystemOptions options_;

@@ -1,5 +1,8 @@
 #include "deepuav/system/trajectory_finish.h"
 
+#include <algorithm>
+#include <set>
+
 #include "deepuav/tracking/motion_model.h"
 
 namespace deepuav {
@@ -26,9 +29,10 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
   const Map& map = atlas_.At(record->map);
   const SE3 initial = record->cam_from_reference * map.PoseOf(record->reference);
   std::vector<PoseObservation> observations;
+  std::set<LandmarkId> used;  // two landmarks seen may have become one since
   for (const FrameRecord::Seen& seen : record->seen) {
     const auto landmark = map.Current(seen.landmark);
-    if (landmark)
+    if (landmark && used.insert(*landmark).second)
       observations.push_back(
           {map.At(*landmark).position_world, seen.px.cast<double>(), seen.sigma_px});
   }
@@ -73,6 +77,9 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   for (const FrameRecord::Seen& seen : neighbour.seen) {
     if (const auto landmark = map.Current(seen.landmark)) prior.landmarks.push_back(*landmark);
   }
+  std::sort(prior.landmarks.begin(), prior.landmarks.end());
+  prior.landmarks.erase(std::unique(prior.landmarks.begin(), prior.landmarks.end()),
+                        prior.landmarks.end());
   const auto local_map = MakeLocalMap(map, prior.reference, local_map_options_);
   const Frame frame{record->id, record->time, record->features};
   const auto located = locator_->Locate(frame, *local_map, prior, &record->reason);
