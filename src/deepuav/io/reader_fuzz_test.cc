@@ -1,6 +1,7 @@
 #include <sys/resource.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 
 #include "deepuav/base/random.h"
@@ -176,9 +177,18 @@ int64_t PeakMemoryKiB() {
   return usage.ru_maxrss;
 }
 
-/// Feeds `count` damaged seeds to `read`, which must return or throw Error with one line, soon and
-/// in little memory. Some must be refused, and the seeds themselves must pass.
-void Fuzz(const Strings& seeds, int count, const std::function<void(const std::string&)>& read) {
+/// More inputs where $DEEPUAV_FUZZ_FACTOR asks for them, as the continuous integration does.
+int FuzzFactor() {
+  const char* factor = std::getenv("DEEPUAV_FUZZ_FACTOR");
+  return factor ? std::max(1, std::atoi(factor)) : 1;
+}
+
+/// Feeds `base_count` damaged seeds, times FuzzFactor(), to `read`, which must return or throw
+/// Error with one line, soon and in little memory. Some must be refused, and the seeds themselves
+/// must pass.
+void Fuzz(const Strings& seeds, int base_count,
+          const std::function<void(const std::string&)>& read) {
+  const int count = base_count * FuzzFactor();
   for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
   const int64_t memory_before = PeakMemoryKiB();
   Mutator mutator(&seeds);

@@ -1,0 +1,75 @@
+#include "deepuav/evaluation/truth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "deepuav/base/error.h"
+#include "deepuav/evaluation/evaluation_test_support.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kEquatorMetresPerDegree = 6378137.0 * M_PI / 180;
+
+TEST(LocalTrajectory, MetresEastAndNorthOfTheFirstFix) {
+  const Trajectory trajectory = LocalTrajectory({{AtSeconds(0), {0, 10, 0.0}},
+                                                 {AtSeconds(1), {0, 10.001, 0.0}},
+                                                 {AtSeconds(2), {0.001, 10, 5.0}}},
+                                                true);
+  EXPECT_LT(trajectory[0].world_from_cam.translation().norm(), 1e-9);
+  EXPECT_NEAR(trajectory[1].world_from_cam.translation().x(), 0.001 * kEquatorMetresPerDegree,
+              1e-3);
+  EXPECT_NEAR(trajectory[1].world_from_cam.translation().y(), 0, 1e-6);
+  // A degree of latitude at the equator is 110,574 m on WGS 84.
+  EXPECT_NEAR(trajectory[2].world_from_cam.translation().y(), 110.574, 2e-3);
+  EXPECT_NEAR(trajectory[2].world_from_cam.translation().z(), 5, 2e-3);
+}
+
+TEST(LocalTrajectory, OneMissingAltitudeLeavesAllOut) {
+  const Trajectory trajectory =
+      LocalTrajectory({{AtSeconds(0), {0, 0, 100.0}}, {AtSeconds(1), {0, 0, std::nullopt}}}, true);
+  EXPECT_NEAR(trajectory[1].world_from_cam.translation().z(), 0, 1e-6);
+}
+
+TEST(LoadTruth, TakesAFileOrTheFileInAFolder) {
+  const auto folder = std::filesystem::temp_directory_path() / "deepuav_truth_test";
+  std::filesystem::create_directories(folder);
+  WriteTrajectory(folder / "groundtruth.txt", MakeFlight(10, 10));
+  EXPECT_EQ(LoadTruth(folder).trajectory.size(), 10u);
+  EXPECT_EQ(LoadTruth(folder / "groundtruth.txt").trajectory.size(), 10u);
+  EXPECT_TRUE(LoadTruth(folder).has_orientation);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(LoadTruth, AMissingPathIsAnErrorThatNamesIt) {
+  try {
+    LoadTruth("/nowhere/truth.txt");
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/truth.txt"), std::string::npos);
+  }
+}
+
+TEST(LoadTruth, PhotographsGiveFixes) {
+  const char* shared = std::getenv("DEEPUAV_SHARED");
+  const std::filesystem::path survey =
+      std::filesystem::path(shared ? shared : "../shared") / "data/uav_nadir_survey";
+  if (!std::filesystem::exists(survey)) GTEST_SKIP() << "no " << survey;
+  const Truth truth = LoadTruth(survey, false);
+  EXPECT_EQ(truth.trajectory.size(), 172u);
+  EXPECT_FALSE(truth.has_orientation);
+  double path_m = 0;
+  for (size_t i = 1; i < truth.trajectory.size(); ++i) {
+    path_m += (truth.trajectory[i].world_from_cam.translation() -
+               truth.trajectory[i - 1].world_from_cam.translation())
+                  .norm();
+  }
+  EXPECT_NEAR(path_m, 1560, 10);
+}
+
+}  // namespace
+}  // namespace deepuav
