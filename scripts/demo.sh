@@ -18,7 +18,7 @@ if [[ ! -f $model ]]; then
   exit 1
 fi
 
-scripts/setup.sh
+scripts/setup.sh --target deepuav
 mkdir -p out
 build/deepuav run "$dataset" --out out/demo --set "features.model=$model"
 for truth in "$dataset"/groundtruth_cam0.csv "$dataset"/groundtruth.txt \

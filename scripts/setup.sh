@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what the project needs on Debian 12 and builds it into build/. Safe to run again: what is there is kept.
-#   scripts/setup.sh [--no-build] [--preset release|asan|tsan]
+#   scripts/setup.sh [--no-build] [--preset release|asan|tsan] [--target NAME]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -70,6 +70,7 @@ install_openvino() {
 
 preset=release
 build=true
+target=all
 while (($# > 0)); do
   case $1 in
     --no-build) build=false ;;
@@ -78,7 +79,12 @@ while (($# > 0)); do
       preset=$2
       shift
       ;;
-    *) fail "unknown argument '$1': expected --no-build or --preset NAME" 2 ;;
+    --target)
+      (($# > 1)) || fail "--target names none: expected a target of the build, as deepuav" 2
+      target=$2
+      shift
+      ;;
+    *) fail "unknown argument '$1': expected --no-build, --preset NAME or --target NAME" 2 ;;
   esac
   shift
 done
@@ -91,5 +97,5 @@ install_packages
 install_openvino
 if $build; then
   cmake --preset "$preset"
-  cmake --build --preset "$preset" --parallel "$(nproc)"
+  cmake --build --preset "$preset" --target "$target" --parallel "$(nproc)"
 fi

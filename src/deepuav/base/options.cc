@@ -1,28 +1,13 @@
 #include "deepuav/base/options.h"
 
-#include <algorithm>
 #include <charconv>
-#include <numeric>
+#include <cmath>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/nearest_name.h"
 
 namespace deepuav {
 namespace {
-
-int EditDistance(const std::string& a, const std::string& b) {
-  std::vector<int> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = static_cast<int>(i);
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const int substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row[b.size()];
-}
 
 template <typename Number>
 Number ParseNumber(const std::string& name, const std::string& text, const char* expected) {
@@ -31,6 +16,13 @@ Number ParseNumber(const std::string& name, const std::string& text, const char*
   if (status != std::errc() || end != text.data() + text.size()) {
     throw Error("option {} is '{}': expected {}", name, text, expected);
   }
+  return number;
+}
+
+double ParseFinite(const std::string& name, const std::string& text) {
+  const double number = ParseNumber<double>(name, text, "a number");
+  if (!std::isfinite(number))
+    throw Error("option {} is '{}': expected a finite number", name, text);
   return number;
 }
 
@@ -48,13 +40,11 @@ void OptionRegistry::Set(const std::string& name, const std::string& text) {
     found->second.set(text);
     return;
   }
-  const auto nearest =
-      std::min_element(entries_.begin(), entries_.end(), [&](const auto& a, const auto& b) {
-        return EditDistance(a.first, name) < EditDistance(b.first, name);
-      });
-  throw Error(
-      "unknown option '{}'{}", name,
-      nearest == entries_.end() ? "" : ": the nearest known one is '" + nearest->first + "'");
+  std::vector<std::string> known;
+  for (const auto& [known_name, entry] : entries_) known.push_back(known_name);
+  const std::string nearest = NearestName(name, known);
+  throw Error("unknown option '{}'{}", name,
+              nearest.empty() ? "" : ": the nearest known one is '" + nearest + "'");
 }
 
 void OptionRegistry::SetAssignment(const std::string& assignment) {
@@ -81,10 +71,9 @@ void OptionRegistry::AddValue(const std::string& name, int* value, const std::st
 
 void OptionRegistry::AddValue(const std::string& name, double* value, const std::string& unit,
                               const std::string& meaning) {
-  entries_[name] = {
-      unit, meaning,
-      [=](const std::string& text) { *value = ParseNumber<double>(name, text, "a number"); },
-      [=] { return fmt::format("{}", *value); }};
+  entries_[name] = {unit, meaning,
+                    [=](const std::string& text) { *value = ParseFinite(name, text); },
+                    [=] { return fmt::format("{}", *value); }};
 }
 
 void OptionRegistry::AddValue(const std::string& name, std::string* value, const std::string& unit,

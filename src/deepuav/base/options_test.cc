@@ -121,6 +121,11 @@ TEST_F(OptionRegistryTest, NamesTheOptionAndTheValueFound) {
   ExpectRefused("tracking.keypoints=many", "tracking.keypoints is 'many'");
 }
 
+TEST_F(OptionRegistryTest, RefusesNumbersThatAreNotFinite) {
+  ExpectRefused("tracking.max_error=nan", "expected a finite number");
+  ExpectRefused("tracking.max_error=-inf", "expected a finite number");
+}
+
 TEST_F(OptionRegistryTest, RefusesWhatIsNoAssignment) {
   ExpectRefused("tracking.keypoints", "expected name=value");
   ExpectRefused("=5", "expected name=value");
