@@ -441,7 +441,10 @@ class Run(CommandTest):
 
     def test_progress_bar_on_a_terminal(self):
         columns = 60
-        terminal, end = pty.openpty()
+        try:
+            terminal, end = pty.openpty()
+        except OSError as error:  # a bare container may have none
+            self.skipTest(f"no terminal to be had: {error}")
         fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         dataset = data.euroc_part(self.folder / "dataset", SEQUENCE, self.short_frames)
         data.replace(dataset / "mav0/cam0/data" / self.short_frames[6][1].name, b"")
