@@ -92,6 +92,7 @@ std::string DefaultCacheFolder() {
 /// Options that are unknown or impossible are wrong use.
 void ReadOptions(const RunArguments& arguments, RunOptions* options, OptionRegistry* registry) try {
   options->Register(registry);
+  registry->Set("features.model", DEEPUAV_MODELS "/superpoint_small.onnx");
   registry->Set("inference.cache_dir", DefaultCacheFolder());
   if (!arguments.config.empty()) LoadOptionsFile(arguments.config, registry);
   for (const std::string& assignment : arguments.assignments) registry->SetAssignment(assignment);
@@ -208,7 +209,7 @@ void AddRunCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("run", "SLAM over a dataset, a folder of photographs or a video");
   command->footer(
-      "Example:\n  deepuav run MH_01_easy --out out/mh01 --set features.model=superpoint.onnx\n"
+      "Example:\n  deepuav run MH_01_easy --out out/mh01\n"
       "Datasets: EuRoC/ASL, TUM RGB-D, KITTI odometry, photographs with EXIF, video with "
       "camera.yaml.");
   AddArguments(*command, *arguments);
