@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <string_view>
 
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/io/map_file.h"
@@ -143,12 +143,20 @@ std::string SummaryJson(const Json& summary) {
 
 std::string MapTrajectoryName(int64_t map) { return fmt::format("trajectory-map-{}.txt", map); }
 
+constexpr std::string_view kMapTrajectoryStart = "trajectory-map-", kMapTrajectoryEnd = ".txt";
+
+bool IsMapTrajectory(std::string_view name) {
+  if (!name.starts_with(kMapTrajectoryStart) || !name.ends_with(kMapTrajectoryEnd)) return false;
+  name.remove_prefix(kMapTrajectoryStart.size());
+  name.remove_suffix(kMapTrajectoryEnd.size());
+  return !name.empty() && name.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 /// Those of an earlier run would be taken for this one's.
 void RemoveMapTrajectories(const std::filesystem::path& folder) {
-  static const std::regex kName("trajectory-map-[0-9]+\\.txt");
   std::vector<std::filesystem::path> found;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (std::regex_match(entry.path().filename().string(), kName)) found.push_back(entry.path());
+    if (IsMapTrajectory(entry.path().filename().string())) found.push_back(entry.path());
   }
   for (const std::filesystem::path& file : found) std::filesystem::remove(file);
 }
