@@ -141,9 +141,11 @@ std::string SummaryJson(const Json& summary) {
   return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string MapTrajectoryName(int64_t map) { return fmt::format("trajectory-map-{}.txt", map); }
-
 constexpr std::string_view kMapTrajectoryStart = "trajectory-map-", kMapTrajectoryEnd = ".txt";
+
+std::string MapTrajectoryName(int64_t map) {
+  return fmt::format("{}{}{}", kMapTrajectoryStart, map, kMapTrajectoryEnd);
+}
 
 bool IsMapTrajectory(std::string_view name) {
   if (!name.starts_with(kMapTrajectoryStart) || !name.ends_with(kMapTrajectoryEnd)) return false;
