@@ -85,6 +85,17 @@ void WindowCeresSparse(benchmark::State& state) { Ceres(state, Window(), CeresSc
 void FlightOwn(benchmark::State& state) { Own(state, Flight()); }
 void FlightCeresSparse(benchmark::State& state) { Ceres(state, Flight(), CeresSchur::kSparse); }
 
+/// The adjustment after a loop: range 0: keyframes; 60,000 landmarks.
+void GlobalOwn(benchmark::State& state) {
+  Own(state, SurveyProblem(static_cast<int>(state.range(0)) / 25, 25, 2.5, 4.3, 60000));
+}
+void GlobalCeresSparse(benchmark::State& state) {
+  Ceres(state, SurveyProblem(static_cast<int>(state.range(0)) / 25, 25, 2.5, 4.3, 60000),
+        CeresSchur::kSparse);
+}
+
+BENCHMARK(GlobalOwn)->Arg(100)->Arg(300)->Arg(600)->Unit(benchmark::kMillisecond);
+BENCHMARK(GlobalCeresSparse)->Arg(600)->Unit(benchmark::kMillisecond);
 BENCHMARK(WindowOwn)->Unit(benchmark::kMillisecond);
 BENCHMARK(WindowCeresDense)->Unit(benchmark::kMillisecond);
 BENCHMARK(WindowCeresSparse)->Unit(benchmark::kMillisecond);

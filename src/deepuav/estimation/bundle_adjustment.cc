@@ -6,6 +6,7 @@
 
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/bundle_linearization.h"
+#include "deepuav/estimation/levenberg_damping.h"
 #include "deepuav/estimation/reduced_camera_system.h"
 
 namespace deepuav {
@@ -14,26 +15,6 @@ namespace {
 constexpr double kInitialDamping = 1e-4;
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
-
-/// The trust of Levenberg-Marquardt (Nielsen 1999, section 2).
-class Damping {
- public:
-  double value() const { return value_; }
-  bool Exhausted() const { return value_ > kMaxDamping; }
-  void Accept(double gain_ratio) {
-    value_ *= std::max(1.0 / 3, 1 - std::pow(2 * gain_ratio - 1, 3));
-    value_ = std::max(value_, kMinDamping);
-    growth_ = 2;
-  }
-  void Reject() {
-    value_ *= growth_;
-    growth_ *= 2;
-  }
-
- private:
-  double value_ = kInitialDamping;
-  double growth_ = 2;
-};
 
 /// The share of its depth that a landmark keeps at least in a step, and how often its step is
 /// halved for that.
@@ -88,7 +69,7 @@ void Minimize(const BundleStructure& structure, const BundleOptions& options,
   BundleLinearization linearization;
   BundleStep step;
   BundleState candidate = *state;
-  Damping damping;
+  LevenbergDamping damping(kInitialDamping, kMinDamping, kMaxDamping);
   bool linearized = false;
   while (report->iterations < options.max_iterations && !report->converged &&
          !damping.Exhausted()) {

@@ -1,29 +1,19 @@
 #include "deepuav/estimation/motion_only.h"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
+#include "deepuav/estimation/damped_gauss_newton.h"
 #include "deepuav/estimation/reprojection.h"
 
 namespace deepuav {
 namespace {
 
 constexpr int kMinObservations = 3;
-constexpr double kConvergedRelativeDecrease = 1e-9;
-constexpr double kMinDamping = 1e-9;
-constexpr double kInitialDamping = 1e-6;
-constexpr double kMaxDamping = 1e6;
-constexpr double kDampingFactor = 10;
 
-struct NormalEquations {
-  Matrix6d hessian = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  double cost = 0;
-};
+using Equations = NormalEquations<6>;
 
 bool Usable(const PoseObservation& observation) {
   return observation.landmark_world.allFinite() && observation.px.allFinite() &&
@@ -58,8 +48,8 @@ class PoseProblem {
     return count;
   }
 
-  NormalEquations Linearize(const SE3& pose, bool robust) const {
-    NormalEquations equations;
+  Equations Linearize(const SE3& pose, bool robust) const {
+    Equations equations;
     const Eigen::Matrix3d rotation = pose.RotationMatrix();
     const HuberLoss loss{robust ? chi_square_ : std::numeric_limits<double>::max()};
     for (size_t i = 0; i < observations_.size(); ++i) {
@@ -74,7 +64,7 @@ class PoseProblem {
  private:
   void Accumulate(const PoseObservation& observation, const Eigen::Matrix3d& rotation,
                   const Eigen::Vector3d& translation, const HuberLoss& loss,
-                  NormalEquations* equations) const {
+                  Equations* equations) const {
     const Eigen::Vector3d point = rotation * observation.landmark_world + translation;
     const double per_sigma = 1 / observation.sigma_px;
     const double inv_z = 1 / point.z();
@@ -113,35 +103,10 @@ class PoseProblem {
   std::vector<uint8_t> active_;
 };
 
-/// Gauss-Newton, damped where a step would raise the cost (a bad prediction is far from the
-/// quadratic bowl).
 SE3 Minimize(const PoseProblem& problem, const SE3& initial, bool robust, int iterations) {
-  SE3 pose = initial;
-  NormalEquations equations = problem.Linearize(pose, robust);
-  double damping = kInitialDamping;
-  for (int i = 0; i < iterations && damping <= kMaxDamping; ++i) {
-    Matrix6d damped = equations.hessian;
-    damped.diagonal() *= 1 + damping;
-    const Eigen::LLT<Matrix6d> factor(damped);
-    const Vector6d step = factor.solve(-equations.gradient);
-    if (factor.info() != Eigen::Success || !step.allFinite()) {
-      damping *= kDampingFactor;
-      continue;
-    }
-    const SE3 candidate = SE3::Exp(step) * pose;
-    const NormalEquations next = problem.Linearize(candidate, robust);
-    if (!(next.cost <= equations.cost)) {
-      damping *= kDampingFactor;
-      continue;
-    }
-    const bool converged =
-        equations.cost - next.cost <= kConvergedRelativeDecrease * equations.cost;
-    pose = candidate;
-    equations = next;
-    damping = std::max(damping / kDampingFactor, kMinDamping);
-    if (converged) break;
-  }
-  return pose;
+  return MinimizeDamped(
+      initial, iterations, [&](const SE3& pose) { return problem.Linearize(pose, robust); },
+      [](const SE3& pose, const Vector6d& step) { return SE3::Exp(step) * pose; });
 }
 
 void CheckPinhole(const Pinhole& pinhole) {

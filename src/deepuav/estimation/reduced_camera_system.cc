@@ -28,17 +28,17 @@ double DampedNorm(const Matrix& block, const Vector& d) {
 ReducedCameraSystem::ReducedCameraSystem(const BundleStructure& structure, int sparse_cameras)
     : structure_(structure), sparse_(structure.free_cameras() >= sparse_cameras) {
   FindPattern();
-  if (sparse_) factor_.analyzePattern(matrix_);
+  if (sparse_) factor_.emplace(pattern_);
 }
 
 void ReducedCameraSystem::FindPattern() {
   const int cameras = structure_.free_cameras();
   slot_of_row_.assign(cameras, -1);
-  row_begin_.assign(1, 0);
+  std::vector<int>& rows = pattern_.rows;
   std::vector<int> marked_for(cameras, -1);
   for (int i = 0; i < cameras; ++i) {
     marked_for[i] = i;
-    rows_.push_back(i);
+    rows.push_back(i);
     for (int k = structure_.camera_begin[i]; k < structure_.camera_begin[i + 1]; ++k) {
       const int group = structure_.observations[structure_.camera_observations[k]].group;
       for (int p = structure_.camera_observations[k] + 1; p < structure_.group_begin[group + 1];
@@ -46,29 +46,29 @@ void ReducedCameraSystem::FindPattern() {
         const int row = structure_.observations[p].free_camera;
         if (marked_for[row] == i) continue;
         marked_for[row] = i;
-        rows_.push_back(row);
+        rows.push_back(row);
       }
     }
-    std::sort(rows_.begin() + row_begin_[i], rows_.end());
-    row_begin_.push_back(static_cast<int>(rows_.size()));
+    std::sort(rows.begin() + pattern_.begin[i], rows.end());
+    pattern_.begin.push_back(static_cast<int>(rows.size()));
   }
 
   // The values of a block column are one dense matrix of six columns, column by column.
   matrix_.resize(6 * cameras, 6 * cameras);
-  matrix_.resizeNonZeros(36 * static_cast<Eigen::Index>(rows_.size()));
+  matrix_.resizeNonZeros(36 * static_cast<Eigen::Index>(rows.size()));
   for (int i = 0; i < cameras; ++i) {
-    const int blocks = row_begin_[i + 1] - row_begin_[i];
+    const int blocks = pattern_.blocks(i);
     for (int c = 0; c < 6; ++c) {
-      const int begin = 36 * row_begin_[i] + 6 * blocks * c;
+      const int begin = 36 * pattern_.begin[i] + 6 * blocks * c;
       matrix_.outerIndexPtr()[6 * i + c] = begin;
       for (int slot = 0; slot < blocks; ++slot) {
         for (int r = 0; r < 6; ++r) {
-          matrix_.innerIndexPtr()[begin + 6 * slot + r] = 6 * rows_[row_begin_[i] + slot] + r;
+          matrix_.innerIndexPtr()[begin + 6 * slot + r] = 6 * rows[pattern_.begin[i] + slot] + r;
         }
       }
     }
   }
-  matrix_.outerIndexPtr()[6 * cameras] = 36 * static_cast<int>(rows_.size());
+  matrix_.outerIndexPtr()[6 * cameras] = 36 * static_cast<int>(rows.size());
 }
 
 bool ReducedCameraSystem::Solve(const BundleLinearization& linearization, double damping,
@@ -121,10 +121,11 @@ void ReducedCameraSystem::EliminateLandmarks(const BundleLinearization& lineariz
 
 void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& linearization,
                                               double damping, int camera) {
-  const int blocks = row_begin_[camera + 1] - row_begin_[camera];
-  for (int slot = 0; slot < blocks; ++slot) slot_of_row_[rows_[row_begin_[camera] + slot]] = slot;
+  const int blocks = pattern_.blocks(camera);
+  for (int slot = 0; slot < blocks; ++slot)
+    slot_of_row_[pattern_.rows[pattern_.begin[camera] + slot]] = slot;
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> column(
-      matrix_.valuePtr() + 36 * static_cast<size_t>(row_begin_[camera]), 6 * blocks, 6);
+      matrix_.valuePtr() + 36 * static_cast<size_t>(pattern_.begin[camera]), 6 * blocks, 6);
   column.topRows<6>() = Damped(linearization.camera_camera[camera], damping);
   Vector6d gradient = linearization.camera_gradient[camera];
   Matrix6dCalibration border = Matrix6dCalibration::Zero();
@@ -172,9 +173,15 @@ bool ReducedCameraSystem::SolveCameras(bool has_calibration) {
   solved_.setZero(right_.rows(), 1 + kCalibrationParameters);
   if (right_.rows() == 0) return true;
   if (sparse_) {
-    factor_.factorize(matrix_);
-    if (factor_.info() != Eigen::Success || !(factor_.vectorD().minCoeff() > 0)) return false;
-    solved_.leftCols(columns) = factor_.solve(right_.leftCols(columns));
+    if (!factor_->Factorize(matrix_.valuePtr())) return false;
+    if (has_calibration) {
+      solved_ = right_;
+      factor_->SolveInPlace(&solved_);
+    } else {
+      Eigen::VectorXd gradient = right_.col(0);
+      factor_->SolveInPlace(&gradient);
+      solved_.col(0) = gradient;
+    }
     return true;
   }
   dense_ = matrix_;

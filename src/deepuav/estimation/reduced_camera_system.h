@@ -1,10 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <optional>
 #include <vector>
 
+#include "deepuav/estimation/block_cholesky.h"
 #include "deepuav/estimation/bundle_linearization.h"
 
 namespace deepuav {
@@ -50,13 +51,11 @@ class ReducedCameraSystem {
 
   const BundleStructure& structure_;
   const bool sparse_;
-  /// Block column i holds the blocks of the rows rows_[row_begin_[i] ..), ascending, the diagonal
-  /// one first.
-  std::vector<int> rows_, row_begin_;
-  std::vector<int> slot_of_row_;  ///< Of the block column at hand.
-  Eigen::SparseMatrix<double> matrix_;
+  BlockPattern pattern_;
+  std::vector<int> slot_of_row_;        ///< Of the block column at hand.
+  Eigen::SparseMatrix<double> matrix_;  ///< Its values are as BlockPattern says.
   Eigen::MatrixXd dense_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor_;
+  std::optional<BlockCholesky<6>> factor_;  ///< Where sparse_.
 
   std::vector<Eigen::Matrix3d> landmark_inverse_;  ///< Of the damped blocks.
   Border right_;   ///< Gradient of the cameras, then their block with the calibration.

@@ -5,6 +5,7 @@
 #include "deepuav/base/ids.h"
 #include "deepuav/base/time.h"
 #include "deepuav/features/features.h"
+#include "deepuav/image/image.h"
 
 namespace deepuav {
 
@@ -13,6 +14,7 @@ struct Frame {
   FrameId id;
   Timestamp time;
   std::shared_ptr<const Features> features;
+  GreyImage image = {};  ///< Shared; empty once it is in the map.
 };
 
 }  // namespace deepuav

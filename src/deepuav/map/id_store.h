@@ -40,6 +40,18 @@ class IdStore {
     --size_;
   }
 
+  /// Takes all things of `other`, whose ids must be others than those here.
+  void TakeAll(IdStore* other) {
+    if (slots_.size() < other->slots_.size()) slots_.resize(other->slots_.size());
+    for (size_t slot = 0; slot < other->slots_.size(); ++slot) {
+      if (!other->slots_[slot]) continue;
+      assert(!slots_[slot]);
+      slots_[slot] = std::move(other->slots_[slot]);
+    }
+    size_ += other->size_;
+    *other = IdStore();
+  }
+
   int size() const { return size_; }
 
   /// Calls `visit(T&)` in order of id.

@@ -9,24 +9,35 @@
 
 namespace deepuav {
 
+/// A camera's pose seen from a keyframe, so that it moves and scales with the map around it.
+struct AnchoredPose {
+  KeyframeId keyframe;
+  SE3 cam_from_keyframe;
+  double keyframe_scale = 1;  ///< Keyframe::scale when the pose was taken.
+};
+
 /// A frame kept in the map.
 struct Keyframe {
   KeyframeId id;
   Frame frame;
   SE3 cam_from_world;
+  /// By how much all lengths around it have grown since it was made: loop corrections and merging
+  /// change the scale of one part of a map against another.
+  double scale = 1;
   std::vector<LandmarkId> landmarks;    ///< One per key point; invalid where there is none.
   std::map<KeyframeId, int> covisible;  ///< Keyframes that share landmarks, and how many.
   KeyframeId parent;                    ///< In the spanning tree; invalid for the root.
   std::set<KeyframeId> children;
+  std::set<KeyframeId> loops;  ///< Keyframes tied to it by a closed loop.
 
   const Features& features() const { return *frame.features; }
   int LandmarkCount() const;
 };
 
-/// Where a removed keyframe was, seen from one that stayed on then.
-struct CulledPose {
-  KeyframeId parent;
-  SE3 cam_from_parent;
+/// What stays known of a removed keyframe: where it was, seen from one that stayed on then.
+struct CulledKeyframe {
+  AnchoredPose pose;
+  double scale = 1;  ///< Keyframe::scale when it was removed.
 };
 
 }  // namespace deepuav

@@ -1,6 +1,7 @@
 #include "deepuav/map/local_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "deepuav/base/options.h"
@@ -35,6 +36,30 @@ std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId
   return {landmarks.begin(), landmarks.end()};
 }
 
+/// How far the image of one camera is turned against that of another, about the viewing direction.
+double HeadingDifferenceRad(const SE3& a_from_world, const SE3& b_from_world) {
+  const Eigen::Matrix3d b_from_a =
+      (b_from_world.rotation() * a_from_world.rotation().conjugate()).toRotationMatrix();
+  return std::abs(std::atan2(b_from_a(1, 0) - b_from_a(0, 1), b_from_a(0, 0) + b_from_a(1, 1)));
+}
+
+/// The observation whose descriptor stands for the landmark: its representative, unless that saw it
+/// turned too far to be recognised under the centre's heading and another did not.
+Observation DescribedBy(const Map& map, const Landmark& landmark, const SE3& centre_from_world,
+                        double max_heading_difference_rad) {
+  const auto difference = [&](const Observation& observation) {
+    return HeadingDifferenceRad(map.At(observation.keyframe).cam_from_world, centre_from_world);
+  };
+  Observation best = landmark.representative;
+  double least = difference(best);
+  if (least <= max_heading_difference_rad) return best;
+  for (const Observation& observation : landmark.observations) {
+    const double other = difference(observation);
+    if (other < least) best = observation, least = other;
+  }
+  return best;
+}
+
 LocalLandmark CopyLandmark(const Landmark& landmark) {
   return {landmark.id,
           landmark.position_world,
@@ -45,7 +70,8 @@ LocalLandmark CopyLandmark(const Landmark& landmark) {
 }
 
 LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const std::vector<LandmarkId>& landmarks) {
-  LocalKeyframe copy{keyframe.id, keyframe.cam_from_world, keyframe.frame.features, {}};
+  LocalKeyframe copy{keyframe.id, keyframe.cam_from_world, keyframe.scale,
+                     keyframe.frame.features, {}};
   copy.landmarks.assign(keyframe.landmarks.size(), -1);
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
@@ -64,6 +90,8 @@ void LocalMapOptions::Check() const {
               min_shared_landmarks, "at least 1");
   CheckOption(max_landmarks >= 100, "mapping.local_map.max_landmarks", max_landmarks,
               "at least 100");
+  CheckOption(max_heading_difference_deg > 0, "mapping.local_map.max_heading_difference_deg",
+              max_heading_difference_deg, "above 0");
 }
 
 std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
@@ -79,11 +107,14 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
   local->descriptors = Descriptors(map.At(centre).features().descriptors.dimension());
   local->descriptors.Reserve(static_cast<int>(landmarks.size()));
   local->landmarks.reserve(landmarks.size());
+  const SE3 centre_from_world = map.At(centre).cam_from_world;
+  const double max_difference_rad = options.max_heading_difference_deg * M_PI / 180;
   for (LandmarkId id : landmarks) {
     const Landmark& landmark = map.At(id);
     local->landmarks.push_back(CopyLandmark(landmark));
-    local->descriptors.AppendFrom(map.At(landmark.representative.keyframe).features().descriptors,
-                                  landmark.representative.keypoint);
+    const Observation described = DescribedBy(map, landmark, centre_from_world, max_difference_rad);
+    local->descriptors.AppendFrom(map.At(described.keyframe).features().descriptors,
+                                  described.keypoint);
   }
   for (KeyframeId id : keyframes) local->keyframes.push_back(CopyKeyframe(map.At(id), landmarks));
   return local;

@@ -22,6 +22,7 @@ struct LocalLandmark {
 struct LocalKeyframe {
   KeyframeId id;
   SE3 cam_from_world;
+  double scale = 1;  ///< As Keyframe::scale.
   std::shared_ptr<const Features> features;
   std::vector<int> landmarks;  ///< Per key point an index into LocalMap::landmarks, or -1.
 };
@@ -40,6 +41,7 @@ struct LocalMapOptions {
   int max_keyframes = 30;
   int min_shared_landmarks = 15;
   int max_landmarks = 6000;
+  double max_heading_difference_deg = 30;
 
   void Check() const;
   template <typename Visitor>
@@ -49,6 +51,8 @@ struct LocalMapOptions {
           "landmarks two keyframes share at least to be neighbours");
     visit("max_landmarks", max_landmarks, "",
           "most landmarks of the local map, those of the nearest keyframes first");
+    visit("max_heading_difference_deg", max_heading_difference_deg, "deg",
+          "in-plane rotation up to which a landmark's descriptor is recognised");
   }
 };
 

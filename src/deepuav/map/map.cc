@@ -22,15 +22,39 @@ void Map::AddKeyframe(KeyframeId id, const Frame& frame, const SE3& cam_from_wor
   Keyframe& keyframe = keyframes_.Insert(id, Keyframe{});
   keyframe.id = id;
   keyframe.frame = frame;
+  keyframe.frame.image.release();
   keyframe.cam_from_world = cam_from_world;
   keyframe.landmarks.resize(static_cast<size_t>(frame.features->size()));
+  if (!root_.valid()) root_ = id;
 }
 
 void Map::ConnectToParent(KeyframeId id, KeyframeId fallback) {
   const std::vector<KeyframeId> best = Covisible(id, 1, 1);
+  SetParent(id, best.empty() ? fallback : best.front());
+}
+
+void Map::SetParent(KeyframeId id, KeyframeId parent) {
   Keyframe& keyframe = keyframes_.At(id);
-  keyframe.parent = best.empty() ? fallback : best.front();
-  keyframes_.At(keyframe.parent).children.insert(id);
+  if (keyframe.parent.valid()) keyframes_.At(keyframe.parent).children.erase(id);
+  keyframe.parent = parent;
+  if (parent.valid()) keyframes_.At(parent).children.insert(id);
+}
+
+void Map::Reroot(KeyframeId id) {
+  KeyframeId above;  // the new parent of `next`
+  for (KeyframeId next = id; next.valid();) {
+    const KeyframeId old_parent = keyframes_.At(next).parent;
+    SetParent(next, above);
+    above = next;
+    next = old_parent;
+  }
+  root_ = id;
+}
+
+void Map::AddLoop(KeyframeId a, KeyframeId b) {
+  if (a == b) return;
+  keyframes_.At(a).loops.insert(b);
+  keyframes_.At(b).loops.insert(a);
 }
 
 void Map::RemoveKeyframe(KeyframeId id) {
@@ -39,8 +63,14 @@ void Map::RemoveKeyframe(KeyframeId id) {
     if (landmark.valid()) RemoveObservation(id, landmark);
   }
   Reparent(keyframe);
-  culled_[id] = {keyframe.parent,
-                 keyframe.cam_from_world * keyframes_.At(keyframe.parent).cam_from_world.Inverse()};
+  for (KeyframeId other : keyframe.loops) {
+    keyframes_.At(other).loops.erase(id);
+    AddLoop(keyframe.parent, other);
+  }
+  const Keyframe& parent = keyframes_.At(keyframe.parent);
+  culled_[id] = {{parent.id, keyframe.cam_from_world * parent.cam_from_world.Inverse(),
+                  parent.scale},
+                 keyframe.scale};
   keyframes_.Erase(id);
 }
 
@@ -170,20 +200,37 @@ void Map::UpdateAppearance(LandmarkId id) {
   }
 }
 
-void Map::Rescale(double factor) {
+void Map::Transform(const Sim3& new_from_old) {
   keyframes_.ForEach([&](Keyframe& keyframe) {
-    keyframe.cam_from_world =
-        SE3(keyframe.cam_from_world.rotation(), factor * keyframe.cam_from_world.translation());
+    keyframe.cam_from_world = new_from_old.MovePose(keyframe.cam_from_world);
+    keyframe.scale *= new_from_old.scale();
   });
   landmarks_.ForEach([&](Landmark& landmark) {
-    landmark.position_world *= factor;
-    landmark.min_distance *= factor;
-    landmark.max_distance *= factor;
+    landmark.position_world = new_from_old * landmark.position_world;
+    landmark.mean_view_direction = new_from_old.rotation() * landmark.mean_view_direction;
+    landmark.min_distance *= new_from_old.scale();
+    landmark.max_distance *= new_from_old.scale();
   });
-  for (auto& [id, culled] : culled_) {
-    culled.cam_from_parent =
-        SE3(culled.cam_from_parent.rotation(), factor * culled.cam_from_parent.translation());
-  }
+}
+
+void Map::Move(KeyframeId id, const Sim3& new_from_old) {
+  Keyframe& keyframe = keyframes_.At(id);
+  keyframe.cam_from_world = new_from_old.MovePose(keyframe.cam_from_world);
+  keyframe.scale *= new_from_old.scale();
+}
+
+void Map::Absorb(Map* other, KeyframeId parent) {
+  const KeyframeId other_root = other->root_;
+  keyframes_.TakeAll(&other->keyframes_);
+  landmarks_.TakeAll(&other->landmarks_);
+  culled_.merge(other->culled_);
+  merged_into_.merge(other->merged_into_);
+  SetParent(other_root, parent);
+  other->root_ = {};
+}
+
+void Map::Rescale(double factor) {
+  Transform(Sim3(factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()));
 }
 
 std::vector<KeyframeId> Map::Covisible(KeyframeId id, int min_shared, int max_count) const {
@@ -199,18 +246,25 @@ std::vector<KeyframeId> Map::Covisible(KeyframeId id, int min_shared, int max_co
   return ids;
 }
 
-SE3 Map::PoseOf(KeyframeId id) const {
-  SE3 cam_from_ancestor;
-  for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id)) {
-    cam_from_ancestor = cam_from_ancestor * culled->second.cam_from_parent;
-    id = culled->second.parent;
+SE3 Map::PoseOf(const AnchoredPose& pose) const {
+  AnchoredPose anchored = pose;
+  const auto in_scale = [&anchored](double scale) {
+    const SE3& cam = anchored.cam_from_keyframe;
+    return SE3(cam.rotation(), scale / anchored.keyframe_scale * cam.translation());
+  };
+  for (auto culled = culled_.find(anchored.keyframe); culled != culled_.end();
+       culled = culled_.find(anchored.keyframe)) {
+    const AnchoredPose& next = culled->second.pose;
+    anchored = {next.keyframe, in_scale(culled->second.scale) * next.cam_from_keyframe,
+                next.keyframe_scale};
   }
-  return cam_from_ancestor * keyframes_.At(id).cam_from_world;
+  const Keyframe& keyframe = keyframes_.At(anchored.keyframe);
+  return in_scale(keyframe.scale) * keyframe.cam_from_world;
 }
 
 KeyframeId Map::Remaining(KeyframeId id) const {
   for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id))
-    id = culled->second.parent;
+    id = culled->second.pose.keyframe;
   return id;
 }
 

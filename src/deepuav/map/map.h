@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/geometry/sim3.h"
 #include "deepuav/map/id_store.h"
 #include "deepuav/map/keyframe.h"
 #include "deepuav/map/landmark.h"
@@ -34,10 +35,11 @@ class Map {
   int KeyframeCount() const { return keyframes_.size(); }
   int LandmarkCount() const { return landmarks_.size(); }
 
+  KeyframeId root() const { return root_; }
   const IdStore<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   const IdStore<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
   /// Of the keyframes that were removed.
-  const std::map<KeyframeId, CulledPose>& culled() const { return culled_; }
+  const std::map<KeyframeId, CulledKeyframe>& culled() const { return culled_; }
   /// What landmarks were replaced by, which may have been removed or replaced since.
   const std::map<LandmarkId, LandmarkId>& merged_into() const { return merged_into_; }
   bool Contains(KeyframeId id) const { return keyframes_.Contains(id); }
@@ -50,6 +52,10 @@ class Map {
   /// Hangs the keyframe into the spanning tree under the one it shares most landmarks with;
   /// `fallback` where it shares none.
   void ConnectToParent(KeyframeId id, KeyframeId fallback);
+  /// Makes the keyframe the root of the spanning tree.
+  void Reroot(KeyframeId id);
+  /// Ties two keyframes that a closed loop brought together.
+  void AddLoop(KeyframeId a, KeyframeId b);
   /// Takes the keyframe and its observations away. Its children move to its parent's side, and its
   /// pose stays known relative to a keyframe that remains. The root cannot be removed.
   void RemoveKeyframe(KeyframeId id);
@@ -78,14 +84,23 @@ class Map {
   void UpdateViewRange(LandmarkId id);
   /// Renews the above and the representative: the observation most similar to the others.
   void UpdateAppearance(LandmarkId id);
+  /// Moves the keyframe as if the world around it had been transformed: its landmarks stay.
+  void Move(KeyframeId id, const Sim3& new_from_old);
+  /// Moves everything.
+  void Transform(const Sim3& new_from_old);
   /// Multiplies all lengths by `factor`.
   void Rescale(double factor);
+  /// Takes everything over from `other`, which must have been transformed into this one's world.
+  /// Its root becomes a child of `parent`.
+  void Absorb(Map* other, KeyframeId parent);
 
   /// Keyframes sharing at least `min_shared` landmarks, most first, at most `max_count`.
   std::vector<KeyframeId> Covisible(KeyframeId id, int min_shared, int max_count) const;
 
   /// The pose of a keyframe that is or was in the map, through the one it was culled into.
-  SE3 PoseOf(KeyframeId id) const;
+  SE3 PoseOf(KeyframeId id) const { return PoseOf(AnchoredPose{id, SE3(), 1}); }
+  /// The same for a camera seen from such a keyframe.
+  SE3 PoseOf(const AnchoredPose& pose) const;
   /// The keyframe itself or, if it was culled, the remaining one its pose hangs on.
   KeyframeId Remaining(KeyframeId id) const;
 
@@ -97,10 +112,13 @@ class Map {
   void ShiftCovisibility(const Landmark& landmark, KeyframeId keyframe, int change);
   void Reparent(const Keyframe& removed);
 
+  void SetParent(KeyframeId id, KeyframeId parent);
+
   MapId id_;
+  KeyframeId root_;
   IdStore<KeyframeId, Keyframe> keyframes_;
   IdStore<LandmarkId, Landmark> landmarks_;
-  std::map<KeyframeId, CulledPose> culled_;
+  std::map<KeyframeId, CulledKeyframe> culled_;
   std::map<LandmarkId, LandmarkId> merged_into_;
 };
 

@@ -29,6 +29,11 @@ void CheckPose(const SE3& pose, KeyframeId id) {
   }
 }
 
+void CheckScale(double scale, KeyframeId id) {
+  if (!(scale > 0) || !std::isfinite(scale))
+    throw Error("keyframe {} has the scale {}: expected a finite one above 0", id.value, scale);
+}
+
 void CheckFeatures(const Keyframe& keyframe, int dimension) {
   const Features& features = keyframe.features();
   if (features.size() != features.descriptors.size() ||
@@ -55,6 +60,7 @@ void CheckKeyframes(const std::vector<Keyframe>& keyframes) {
       throw Error("keyframe {} has no frame", keyframe.id.value);
     }
     CheckPose(keyframe.cam_from_world, keyframe.id);
+    CheckScale(keyframe.scale, keyframe.id);
     CheckFeatures(keyframe, keyframes.front().features().descriptors.dimension());
   }
 }
@@ -88,18 +94,33 @@ void CheckSpanningTree(const IdStore<KeyframeId, Keyframe>& keyframes) {
     throw Error("keyframe {} is its own ancestor: expected a tree", id->value);
 }
 
-void CheckCulled(const std::map<KeyframeId, CulledPose>& culled,
+void CheckLoops(const IdStore<KeyframeId, Keyframe>& keyframes) {
+  keyframes.ForEach([&](const Keyframe& keyframe) {
+    for (KeyframeId other : keyframe.loops) {
+      if (other == keyframe.id || !keyframes.Contains(other) ||
+          !keyframes.At(other).loops.contains(keyframe.id)) {
+        throw Error("keyframe {} closes a loop with {}: expected another of the map, both ways",
+                    keyframe.id.value, other.value);
+      }
+    }
+  });
+}
+
+void CheckCulled(const std::map<KeyframeId, CulledKeyframe>& culled,
                  const IdStore<KeyframeId, Keyframe>& keyframes) {
   std::map<KeyframeId, KeyframeId> parents;
-  for (const auto& [id, pose] : culled) {
-    CheckPose(pose.cam_from_parent, id);
+  for (const auto& [id, culled_keyframe] : culled) {
+    const AnchoredPose& pose = culled_keyframe.pose;
+    CheckPose(pose.cam_from_keyframe, id);
+    CheckScale(culled_keyframe.scale, id);
+    CheckScale(pose.keyframe_scale, id);
     if (!id.valid() || keyframes.Contains(id))
       throw Error("keyframe {} was removed and is there", id.value);
-    if (!keyframes.Contains(pose.parent) && !culled.contains(pose.parent)) {
+    if (!keyframes.Contains(pose.keyframe) && !culled.contains(pose.keyframe)) {
       throw Error("removed keyframe {} hangs on {}: expected a keyframe of the map", id.value,
-                  pose.parent.value);
+                  pose.keyframe.value);
     }
-    parents[id] = pose.parent;
+    parents[id] = pose.keyframe;
   }
   if (const auto id = FindCycle(parents))
     throw Error("removed keyframe {} hangs on itself", id->value);
@@ -155,8 +176,13 @@ Map Map::Restore(MapState state) {
     map.keyframes_.Insert(keyframe.id, std::move(keyframe));
   }
   CheckSpanningTree(map.keyframes_);
+  CheckLoops(map.keyframes_);
   map.keyframes_.ForEach([&](const Keyframe& keyframe) {
-    if (keyframe.parent.valid()) map.keyframes_.At(keyframe.parent).children.insert(keyframe.id);
+    if (keyframe.parent.valid()) {
+      map.keyframes_.At(keyframe.parent).children.insert(keyframe.id);
+    } else {
+      map.root_ = keyframe.id;
+    }
   });
   for (Landmark& landmark : state.landmarks) map.RestoreLandmark(std::move(landmark));
   map.RestoreCovisibility();

@@ -43,7 +43,7 @@ MapState ValidState() {
   state.keyframes = {MakeKeyframe(1, -1), MakeKeyframe(3, 1), MakeKeyframe(4, 3)};
   state.landmarks = {MakeLandmark(0, {{{1}, 0}, {{3}, 1}, {{4}, 2}}),
                      MakeLandmark(5, {{{1}, 1}, {{3}, 0}})};
-  state.culled[{2}] = {{1}, SE3()};
+  state.culled[{2}] = {{{1}, SE3()}};
   state.merged_into = {{{1}, {2}}, {{2}, {5}}};
   return state;
 }
@@ -114,10 +114,10 @@ TEST(MapRestoreTest, RefusesContradictions) {
       {"own ancestor", [](MapState* s) { s->keyframes[1].parent = {3}; }},
       {"keyframe 3 was removed and is there",
        [](MapState* s) {
-         s->culled[{3}] = {{1}, SE3()};
+         s->culled[{3}] = {{{1}, SE3()}};
        }},
-      {"removed keyframe 2 hangs on 7", [](MapState* s) { s->culled[{2}].parent = {7}; }},
-      {"hangs on itself", [](MapState* s) { s->culled[{2}].parent = {2}; }},
+      {"removed keyframe 2 hangs on 7", [](MapState* s) { s->culled[{2}].pose.keyframe = {7}; }},
+      {"hangs on itself", [](MapState* s) { s->culled[{2}].pose.keyframe = {2}; }},
       {"landmark 0 was merged", [](MapState* s) { s->merged_into[{0}] = {5}; }},
       {"merged into itself", [](MapState* s) { s->merged_into[{2}] = {1}; }},
       {"landmark 5 follows 5", [](MapState* s) { s->landmarks[0].id = {5}; }},

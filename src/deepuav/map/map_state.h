@@ -14,7 +14,7 @@ struct MapState {
   MapId id;
   std::vector<Keyframe> keyframes;  ///< By id.
   std::vector<Landmark> landmarks;  ///< By id.
-  std::map<KeyframeId, CulledPose> culled;
+  std::map<KeyframeId, CulledKeyframe> culled;
   std::map<LandmarkId, LandmarkId> merged_into;
 };
 

@@ -5,6 +5,7 @@
 
 #include "deepuav/geometry/se3.h"
 #include "deepuav/map/frame.h"
+#include "deepuav/map/keyframe.h"
 
 namespace deepuav {
 
@@ -24,8 +25,7 @@ struct ViewCount {
 struct KeyframeRequest {
   MapId map;
   Frame frame;
-  KeyframeId reference;
-  SE3 cam_from_reference;
+  AnchoredPose pose;
   std::vector<LandmarkMatch> matches;
   std::vector<ViewCount> views;
 };

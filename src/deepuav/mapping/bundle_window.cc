@@ -77,19 +77,33 @@ void WriteBack(const Window& window, Map* map) {
   }
 }
 
-}  // namespace
-
-BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
-                          const BundleOptions& options, const std::function<bool()>& stop) {
+BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole* pinhole,
+                         const BundleOptions& options, const std::function<bool()>& stop) {
   BundleReport report;
   for (int run = 0; run < 2; ++run) {
-    Window window = MakeWindow(*map, free, pinhole);
+    Window window = MakeWindow(*map, free, *pinhole);
     report = AdjustBundle(&window.problem, options, stop);
+    *pinhole = window.problem.pinhole;
     WriteBack(window, map);
     RemoveOutliers(report, window, map);
   }
   for (LandmarkId id : LandmarksSeenBy(*map, free)) map->UpdateViewRange(id);
   return report;
+}
+
+}  // namespace
+
+BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
+                          const BundleOptions& options, const std::function<bool()>& stop) {
+  Pinhole unchanged = pinhole;
+  return AdjustTwice(map, free, &unchanged, options, stop);
+}
+
+BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
+                       const std::function<bool()>& stop) {
+  std::vector<KeyframeId> all;
+  map->keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
+  return AdjustTwice(map, all, pinhole, options, stop);
 }
 
 }  // namespace deepuav

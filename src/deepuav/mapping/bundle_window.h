@@ -16,4 +16,8 @@ BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const P
                           const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
 
+/// The same for all keyframes of a map; where the options ask for it, `pinhole` is refined too.
+BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
+                       const std::function<bool()>& stop = nullptr);
+
 }  // namespace deepuav

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "deepuav/base/options.h"
+#include "deepuav/mapping/correction.h"
 
 namespace deepuav {
 
@@ -81,14 +82,14 @@ KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
       map->CountViews(*landmark, view.visible, view.found);
   }
   const KeyframeId id = atlas_->ids().NextKeyframe();
-  map->AddKeyframe(id, request.frame, request.cam_from_reference * map->PoseOf(request.reference));
+  map->AddKeyframe(id, request.frame, map->PoseOf(request.pose));
   for (const LandmarkMatch& match : request.matches) {
     const auto landmark = map->Current(match.landmark);
     if (!landmark) continue;
     map->AddObservation(id, match.keypoint, *landmark);
     map->UpdateAppearance(*landmark);
   }
-  map->ConnectToParent(id, map->Remaining(request.reference));
+  map->ConnectToParent(id, map->Remaining(request.pose.keyframe));
   return id;
 }
 
@@ -142,12 +143,26 @@ bool Mapper::IsRedundant(const Keyframe& keyframe, const Map& map) const {
   return most_shared >= options_.substitute_ratio * landmarks;
 }
 
-void Mapper::AdjustGlobally(MapId id) {
+void Mapper::Apply(const MapCorrection& correction) {
+  const StageScope stage(stages_, "apply correction");
+  if (correction.merges()) {
+    MergeMaps(correction, atlas_);
+  } else {
+    MoveKeyframes(correction.keyframes, &atlas_->At(correction.map));
+  }
+  Map& map = atlas_->At(correction.into);
+  for (const LoopTie& tie : correction.ties) FuseTie(tie, &map);
+  for (const LoopTie& tie : correction.ties) {
+    FuseDuplicates(&map, tie.keyframe, camera_, options_.fusion);
+  }
+  AdjustLocally(correction.ties.back().keyframe, &map);
+}
+
+void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal) {
   const StageScope stage(stages_, "global bundle adjustment");
-  Map& map = atlas_->At(id);
-  std::vector<KeyframeId> all;
-  map.keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
-  AdjustWindow(&map, all, camera_.pinhole, options_.global_bundle);
+  BundleOptions options = options_.global_bundle;
+  options.refine_focal = refine_focal;
+  AdjustMap(&atlas_->At(map), pinhole, options);
 }
 
 }  // namespace deepuav

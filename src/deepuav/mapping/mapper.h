@@ -5,6 +5,7 @@
 #include "deepuav/base/stages.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/map/local_map.h"
+#include "deepuav/map/map_correction.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/mapping/bundle_window.h"
 #include "deepuav/mapping/fusion.h"
@@ -62,8 +63,13 @@ class Mapper {
   /// surroundings.
   std::shared_ptr<const LocalMap> InsertKeyframe(const KeyframeRequest& request);
 
-  /// Adjusts all of a map together.
-  void AdjustGlobally(MapId map);
+  /// Applies what looping found, in one step: moves keyframes and landmarks or takes a whole map
+  /// into another, fuses the landmarks seen twice and adjusts the seam.
+  void Apply(const MapCorrection& correction);
+
+  /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
+  /// guess.
+  void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal);
 
  private:
   KeyframeId AddKeyframe(const KeyframeRequest& request, Map* map);

@@ -72,8 +72,8 @@ class MapperTest : public testing::Test {
     motion = SE3(motion.rotation(), motion.translation() / depth_);
     KeyframeRequest request{local_map.map,
                             FrameOf(frame, View(frame)),
-                            reference.id,
-                            Perturbed(motion, 0.002, 0.001, &random_),
+                            {reference.id, Perturbed(motion, 0.002, 0.001, &random_),
+                             reference.scale},
                             {},
                             {}};
     for (const LocalLandmark& landmark : local_map.landmarks) {
@@ -103,7 +103,7 @@ class MapperTest : public testing::Test {
     depth_ = depths[depths.size() / 2];
     return local_map;
   }
-  const Map& map() const { return atlas_.maps().back(); }
+  const Map& map() const { return atlas_.At(atlas_.Remaining().back()); }
 
   const FeatureWorld world_ = MakeWorld();
   Random random_{3};
@@ -135,7 +135,7 @@ TEST_F(MapperTest, StartsNoMapFromViewsThatContradictOneAnother) {
   EXPECT_FALSE(mapper_.StartMap(request));
   request.points.clear();
   EXPECT_FALSE(mapper_.StartMap(request));
-  EXPECT_TRUE(atlas_.maps().empty());
+  EXPECT_TRUE(atlas_.Remaining().empty());
   EXPECT_TRUE(Start()) << "it goes on after that";
 }
 
@@ -159,7 +159,8 @@ TEST_F(MapperTest, AFlightStaysNearTheTruth) {
     return RmseAfterAlignment(estimate, truth);
   };
   EXPECT_LT(path_error(), 0.1) << "over a path of 34 m";
-  mapper_.AdjustGlobally(map().id());
+  Pinhole pinhole = world_.camera().pinhole;
+  mapper_.AdjustGlobally(map().id(), &pinhole, false);
   EXPECT_LT(path_error(), 0.05);
 
   int wrong = 0, observations = 0;
@@ -189,7 +190,7 @@ TEST_F(MapperTest, CullsKeyframesWhoseLandmarksOthersSeeAndKnowsTheirPoses) {
   EXPECT_LT(map().KeyframeCount(), 8);
   EXPECT_TRUE(map().Contains(KeyframeId{0})) << "the root stays";
   for (int64_t id = 2; id < 11; ++id) {
-    const SE3 difference = map().PoseOf({id}) * map().PoseOf({2}).Inverse();
+    const SE3 difference = map().PoseOf(KeyframeId{id}) * map().PoseOf(KeyframeId{2}).Inverse();
     EXPECT_LT(difference.translation().norm(), 0.01) << id;
   }
 }
@@ -255,7 +256,7 @@ TEST_F(MapperTest, KeepsMapsApart) {
   const auto second = mapper_.StartMap(FirstViews(20, 22));
   ASSERT_TRUE(second);
   EXPECT_EQ(second->map, MapId{1});
-  EXPECT_EQ(atlas_.maps().size(), 2u);
+  EXPECT_EQ(atlas_.Remaining().size(), 2u);
   EXPECT_EQ(atlas_.At(MapId{0}).LandmarkCount(), landmarks);
   atlas_.At(MapId{1}).keyframes().ForEach([this](const Keyframe& keyframe) {
     EXPECT_FALSE(atlas_.At(MapId{0}).Contains(keyframe.id)) << "ids are unique over all maps";

@@ -26,7 +26,8 @@ std::optional<Frame> SequentialFeed::Next() {
   clock_->Add("decode", decoding.Seconds());
   ExtractionTimes times;
   Frame frame{image->id, image->time,
-              std::make_shared<const Features>(extractor_->Extract(image->image, &times))};
+              std::make_shared<const Features>(extractor_->Extract(image->image, &times)),
+              image->image};
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
   return frame;

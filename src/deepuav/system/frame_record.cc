@@ -14,8 +14,7 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   }
   record.tracked_online = true;
   record.map = result.pose->map;
-  record.reference = result.pose->reference;
-  record.cam_from_reference = result.pose->cam_from_reference;
+  record.pose = result.pose->anchored;
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {
     const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(match.keypoint)];

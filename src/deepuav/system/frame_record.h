@@ -24,8 +24,7 @@ struct FrameRecord {
 
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
   MapId map;                    ///< Invalid where there is no pose.
-  KeyframeId reference;
-  SE3 cam_from_reference;
+  AnchoredPose pose;
   SE3 cam_from_world;  ///< Valid once the trajectory was finished.
   std::vector<Seen> seen;
   std::shared_ptr<const Features> features;  ///< Kept only while the frame has no pose.

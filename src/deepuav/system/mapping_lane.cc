@@ -4,9 +4,9 @@
 
 namespace deepuav {
 
-ThreadedLane::ThreadedLane(Mapper* mapper)
-    : mapper_(mapper), thread_([this] {
-        while (std::optional<Task> task = tasks_.Pop()) (*task)();
+ThreadedLane::ThreadedLane(BackEnd* back_end)
+    : back_end_(back_end), thread_([this] {
+        while (const auto task = tasks_.Pop()) (*task)();
       }) {}
 
 ThreadedLane::~ThreadedLane() {
@@ -14,22 +14,40 @@ ThreadedLane::~ThreadedLane() {
   thread_.join();
 }
 
+template <typename Result>
+std::future<Result> ThreadedLane::Enqueue(std::function<Result()> work) {
+  auto task = std::make_shared<std::packaged_task<Result()>>(std::move(work));
+  std::future<Result> result = task->get_future();
+  tasks_.Push([task] { (*task)(); });
+  return result;
+}
+
 LocalMapPtr ThreadedLane::StartMap(const InitialMapRequest& request) {
-  Task task([this, &request] { return mapper_->StartMap(request); });
-  std::future<LocalMapPtr> started = task.get_future();
-  tasks_.Push(std::move(task));
-  return started.get();
+  return Enqueue<LocalMapPtr>([this, &request] { return back_end_->StartMap(request); }).get();
 }
 
 void ThreadedLane::Submit(KeyframeRequest request) {
-  Task task([this, kept = std::move(request)] { return mapper_->InsertKeyframe(kept); });
-  under_way_ = task.get_future();
-  tasks_.Push(std::move(task));
+  under_way_ = Enqueue<LocalMapPtr>([this, kept = std::move(request)] {
+    if (failure_) std::rethrow_exception(failure_);
+    return back_end_->InsertKeyframe(kept);
+  });
+  following_ = Enqueue<void>([this] {
+    try {
+      back_end_->CloseLoops();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+  });
 }
 
 bool ThreadedLane::Ready() const {
   return under_way_.valid() &&
          under_way_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+void ThreadedLane::Settle() {
+  if (following_.valid()) following_.get();
+  if (failure_) std::rethrow_exception(failure_);
 }
 
 }  // namespace deepuav

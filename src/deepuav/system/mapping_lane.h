@@ -1,19 +1,18 @@
 #pragma once
 
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
 #include <thread>
 
 #include "deepuav/base/queue.h"
-#include "deepuav/mapping/mapper.h"
+#include "deepuav/system/back_end.h"
 
 namespace deepuav {
 
-using LocalMapPtr = std::shared_ptr<const LocalMap>;
-
-/// Runs the Mapper: in place, or on a thread of its own. One keyframe is under way at most. Used
-/// from one thread.
+/// Runs the back end: in place, or on a thread of its own. One keyframe is under way at most; loops
+/// may still be closed with earlier ones. Used from one thread.
 class MappingLane {
  public:
   virtual ~MappingLane() = default;
@@ -22,42 +21,55 @@ class MappingLane {
   virtual void Submit(KeyframeRequest request) = 0;
   /// Whether Collect() would return at once.
   virtual bool Ready() const = 0;
-  /// Waits for the submitted keyframe's local map. Throws what the Mapper threw.
+  /// Waits for the submitted keyframe's local map. Throws what the back end threw.
   virtual LocalMapPtr Collect() = 0;
+  /// Waits until nothing is left to do: the atlas may be read then. Throws what the back end threw.
+  virtual void Settle() = 0;
 };
 
 /// Maps in the calling thread.
 class SequentialLane : public MappingLane {
  public:
-  explicit SequentialLane(Mapper* mapper) : mapper_(mapper) {}
+  explicit SequentialLane(BackEnd* back_end) : back_end_(back_end) {}
   LocalMapPtr StartMap(const InitialMapRequest& request) override {
-    return mapper_->StartMap(request);
+    return back_end_->StartMap(request);
   }
-  void Submit(KeyframeRequest request) override { local_map_ = mapper_->InsertKeyframe(request); }
+  void Submit(KeyframeRequest request) override {
+    local_map_ = back_end_->InsertKeyframe(request);
+    back_end_->CloseLoops();
+  }
   bool Ready() const override { return true; }
   LocalMapPtr Collect() override { return std::move(local_map_); }
+  void Settle() override {}
 
  private:
-  Mapper* mapper_;
+  BackEnd* back_end_;
   LocalMapPtr local_map_;
 };
 
-/// Maps on a thread of its own, which is the only one to touch the Mapper until the lane is gone.
+/// Maps on a thread of its own, which is the only one to touch the atlas unless settled.
 class ThreadedLane : public MappingLane {
  public:
-  explicit ThreadedLane(Mapper* mapper);
+  explicit ThreadedLane(BackEnd* back_end);
   ~ThreadedLane() override;
   LocalMapPtr StartMap(const InitialMapRequest& request) override;
   void Submit(KeyframeRequest request) override;
   bool Ready() const override;
   LocalMapPtr Collect() override { return under_way_.get(); }
+  void Settle() override;
 
  private:
-  using Task = std::packaged_task<LocalMapPtr()>;
+  /// A keyframe's insertion and what follows it, and another's insertion behind them.
+  static constexpr size_t kMostTasks = 4;
 
-  Mapper* mapper_;
-  BoundedQueue<Task> tasks_{1};
+  template <typename Result>
+  std::future<Result> Enqueue(std::function<Result()> work);
+
+  BackEnd* back_end_;
+  BoundedQueue<std::function<void()>> tasks_{kMostTasks};
   std::future<LocalMapPtr> under_way_;
+  std::future<void> following_;  ///< Of the newest keyframe: the closing of loops.
+  std::exception_ptr failure_;   ///< Of closing loops; touched by the thread, or once settled.
   std::thread thread_;
 };
 

@@ -1,5 +1,7 @@
 #include "deepuav/system/slam.h"
 
+#include <algorithm>
+
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/system/trajectory_finish.h"
@@ -18,8 +20,10 @@ void SystemOptions::Check() const {
   CheckOption(frames_ahead >= 1, "system.frames_ahead", frames_ahead, "at least 1");
   CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
               "0 or more");
+  CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
   tracking.Check();
   mapping.Check();
+  looping.Check();
 }
 
 void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
@@ -45,17 +49,43 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("mapping.fusion.projection", &mapping.fusion.projection);
   registry->Add("mapping.local_bundle", &mapping.local_bundle);
   registry->Add("mapping.global_bundle", &mapping.global_bundle);
+  LoopingOptions& looping = options->looping;
+  registry->Add("looping", &looping);
+  registry->Add("looping.recogniser", &looping.recogniser);
+  registry->Add("looping.relocaliser", &looping.relocaliser);
+  registry->Add("looping.relocaliser.absolute_pose", &looping.relocaliser.absolute_pose);
+  registry->Add("looping.verifier", &looping.verifier);
+  registry->Add("looping.verifier.place", &looping.verifier.place);
+  registry->Add("looping.verifier.sim3", &looping.verifier.sim3);
+  registry->Add("looping.essential_graph", &looping.essential_graph);
+  registry->Add("looping.essential_graph.pose_graph", &looping.essential_graph.pose_graph);
 }
 
-Slam::Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor,
-           Matcher* matcher)
+Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception& perception)
     : camera_(camera),
       options_(options),
-      extractor_(extractor),
-      matcher_(matcher),
+      perception_(perception),
       mapper_(camera, options.mapping, &atlas_, &clock_),
-      tracker_(camera, options.tracking, matcher, &clock_) {
+      back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned, &clock_),
+      tracker_(camera, options.tracking, perception.matcher, &clock_),
+      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator,
+                   perception.matcher, &clock_) {
   options_.Check();
+}
+
+LoopCloser* Slam::MakeLoopCloser() {
+  if (!perception_.vocabulary || !options_.looping.enabled) return nullptr;
+  return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator,
+                               perception_.vocabulary, perception_.matcher, &clock_);
+}
+
+void Slam::Load(Atlas atlas) {
+  atlas_ = std::move(atlas);
+  if (!loop_closer_) return;
+  for (MapId map : atlas_.Remaining()) {
+    atlas_.At(map).keyframes().ForEach(
+        [this](const Keyframe& keyframe) { loop_closer_->Remember(keyframe); });
+  }
 }
 
 SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& progress,
@@ -64,13 +94,13 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   LiveImages live_images(images);
   const bool live = schedule == Schedule::kLive;
   {
-    SequentialFeed sequential(live ? &live_images : images, extractor_, &clock_);
+    SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_);
     std::optional<PrefetchingFeed> prefetching;
     std::unique_ptr<MappingLane> mapping;
     if (schedule == Schedule::kSequential) {
-      mapping = std::make_unique<SequentialLane>(&mapper_);
+      mapping = std::make_unique<SequentialLane>(&back_end_);
     } else {
-      mapping = std::make_unique<ThreadedLane>(&mapper_);
+      mapping = std::make_unique<ThreadedLane>(&back_end_);
       prefetching.emplace(&sequential, live ? 1 : options_.frames_ahead);
     }
     FrameFeed* feed = prefetching ? static_cast<FrameFeed*>(&*prefetching) : &sequential;
@@ -78,6 +108,9 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   }
   Finish(&result);
   result.skipped_late = live_images.skipped();
+  result.relocalisations = relocalisations_;
+  result.closed_loops = back_end_.closed_loops();
+  result.merged_maps = back_end_.merged_maps();
   result.stage_durations_s = clock_.Durations();
   return result;
 }
@@ -95,6 +128,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       if (progress) progress(result->frames.back());
     }
     if (keyframe_under_way_) mapping->Collect();
+    mapping->Settle();
   } catch (const std::exception& error) {
     result->failure = error.what();
   }
@@ -104,17 +138,15 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
   const StageScope stage(&clock_, "track");
   CollectLocalMap(frame, mapping, live);
   TrackingResult result = tracker_.Track(frame, !keyframe_under_way_);
-  if (result.initial_map) {
-    if (keyframe_under_way_) mapping->Collect();
-    keyframe_under_way_.reset();
-    const LocalMapPtr local_map = mapping->StartMap(*result.initial_map);
-    if (!local_map) {
-      result.reason = "the first two views did not hold as a map";
-    } else {
-      Log().info("map {} starts at frame {}", local_map->map.value,
-                 result.initial_map->first.id.value);
-      tracker_.Begin(local_map);
-      result = tracker_.Track(frame, true);
+  if (!result.pose) {
+    if (auto found = Relocalise(frame, mapping)) {
+      result = std::move(*found);
+    } else if (result.initial_map) {
+      if (StartMap(*result.initial_map, mapping)) {
+        result = tracker_.Track(frame, true);
+      } else {
+        result.reason = "the first two views did not hold as a map";
+      }
     }
   }
   if (!result.reason.empty()) Log().debug("frame {}: {}", frame.id.value, result.reason);
@@ -123,6 +155,48 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
     mapping->Submit(std::move(*result.keyframe));
   }
   return MakeRecord(frame, result);
+}
+
+bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
+  if (keyframe_under_way_) mapping->Collect();
+  keyframe_under_way_.reset();
+  const LocalMapPtr local_map = mapping->StartMap(request);
+  if (!local_map) return false;
+  Log().info("map {} starts at frame {}", local_map->map.value, request.first.id.value);
+  tracker_.Begin(local_map);
+  return true;
+}
+
+std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* mapping) {
+  if (!loop_closer_) return std::nullopt;
+  const StageScope stage(&clock_, "relocalise");
+  if (keyframe_under_way_) mapping->Collect();
+  keyframe_under_way_.reset();
+  mapping->Settle();
+  if (atlas_.Remaining().empty()) return std::nullopt;
+  std::optional<TrackingResult> result = RelocaliseUnder(frame, {});
+  if (!result && perception_.turned) {
+    const TurnedDescriptors turned = perception_.turned->Describe(frame.image, *frame.features);
+    result = RelocaliseUnder(frame, turned);
+  }
+  if (!result) return std::nullopt;
+  Log().info("frame {} is recognised in map {}", frame.id.value, result->pose->map.value);
+  ++relocalisations_;
+  return result;
+}
+
+std::optional<TrackingResult> Slam::RelocaliseUnder(const Frame& frame,
+                                                    std::span<const Descriptors> turned) {
+  std::vector<LocalMapPtr> surroundings;
+  for (const PlaceCandidate& place : loop_closer_->PlacesLike(atlas_, *frame.features, turned)) {
+    surroundings.push_back(
+        MakeLocalMap(atlas_.At(place.map), place.keyframe, options_.mapping.local_map));
+  }
+  if (surroundings.empty()) return std::nullopt;
+  const auto found = relocaliser_.Relocalise(frame, turned, surroundings);
+  if (!found) return std::nullopt;
+  return tracker_.Resume(frame, surroundings[static_cast<size_t>(found->candidate)],
+                         found->located);
 }
 
 void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) {
@@ -142,21 +216,32 @@ void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
   unlocated_.pop_front();
 }
 
+void Slam::AdjustAll() {
+  std::vector<MapId> maps = atlas_.Remaining();
+  std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
+    return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
+  });
+  for (MapId map : maps) {
+    // The largest map knows best.
+    const bool refine = options_.refine_focal && camera_.distortion.empty() && map == maps.front();
+    mapper_.AdjustGlobally(map, &camera_.pinhole, refine);
+    if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
+  }
+}
+
 void Slam::Finish(SlamResult* result) {
   for (FrameRecord& record : result->frames) {
     if (record.located()) {
-      record.cam_from_world =
-          record.cam_from_reference * atlas_.At(record.map).PoseOf(record.reference);
+      record.map = atlas_.Current(record.map);
+      record.cam_from_world = atlas_.At(record.map).PoseOf(record.pose);
     }
   }
   try {
-    if (options_.adjust_at_end) {
-      for (const Map& map : atlas_.maps()) mapper_.AdjustGlobally(map.id());
-    }
+    if (options_.adjust_at_end) AdjustAll();
     const StageScope stage(&clock_, "finish trajectory");
-    FrameLocator locator(camera_, options_.tracking.locator, matcher_, nullptr);
+    FrameLocator locator(camera_, options_.tracking.locator, perception_.matcher, nullptr);
     TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
-                     options_.tracking.max_lost_frames, atlas_, &locator)
+                     options_.max_gap_frames, atlas_, &locator)
         .Finish(&result->frames);
   } catch (const std::exception& error) {
     if (result->failure.empty()) result->failure = error.what();

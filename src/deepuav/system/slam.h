@@ -9,7 +9,9 @@
 
 #include "deepuav/base/options.h"
 #include "deepuav/features/extractor.h"
+#include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
+#include "deepuav/system/back_end.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/frame_record.h"
 #include "deepuav/system/image_source.h"
@@ -35,8 +37,11 @@ struct SystemOptions {
   int max_unlocated_frames =
       600;  ///< Frames without a pose whose features are kept to locate them at the end.
   bool adjust_at_end = true;  ///< Global bundle adjustment before the trajectory is finished.
+  bool refine_focal = false;  ///< The camera's focal length is a guess, to be refined then.
+  int max_gap_frames = 30;    ///< Unlocated frames in a row that the end tries to bridge.
   TrackingOptions tracking;
   MappingOptions mapping;
+  LoopingOptions looping;
 
   void Check() const;
   template <typename Visitor>
@@ -47,6 +52,10 @@ struct SystemOptions {
     visit("max_unlocated_frames", max_unlocated_frames, "",
           "frames without a pose that are kept to locate at the end");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
+    visit("refine_focal", refine_focal, "",
+          "refine the focal length in it: for calibrations that are a guess");
+    visit("max_gap_frames", max_gap_frames, "",
+          "frames without a pose in a row that are tried at the end");
   }
 };
 
@@ -58,19 +67,30 @@ struct SlamResult {
   std::vector<FrameRecord> frames;
   std::map<std::string, std::vector<double>> stage_durations_s;
   int skipped_late = 0;  ///< Images left out by the live schedule.
+  int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< Ended by `stop` before the last image.
 };
 
-/// Tracker and Mapper wired together. One run an instance.
+/// What sees for the system. The pointers must outlive it.
+struct Perception {
+  Extractor* extractor = nullptr;
+  Matcher* matcher = nullptr;
+  const Vocabulary* vocabulary = nullptr;  ///< Null: places are not recognised.
+  TurnedDescriber* turned = nullptr;       ///< Null: only under about the same heading.
+};
+
+/// Tracker, Mapper and LoopCloser wired together. One run an instance.
 class Slam {
  public:
   /// Called after each frame, in the calling thread.
   using Progress = std::function<void(const FrameRecord&)>;
 
-  /// The pointers must outlive it.
-  Slam(const Camera& camera, const SystemOptions& options, Extractor* extractor, Matcher* matcher);
+  Slam(const Camera& camera, const SystemOptions& options, const Perception& perception);
+
+  /// Starts from maps that are there: the first frames are looked for in them.
+  void Load(Atlas atlas);
 
   /// Runs over all images. `stop` is asked before each frame; once it says true the run ends as if
   /// there were no more.
@@ -78,25 +98,37 @@ class Slam {
                  const std::function<bool()>& stop = nullptr);
 
   const Atlas& atlas() const { return atlas_; }
+  /// As given, or refined by Run.
+  const Camera& camera() const { return camera_; }
 
  private:
   void ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Progress& progress,
                   const std::function<bool()>& stop, SlamResult* result);
   FrameRecord Process(const Frame& frame, MappingLane* mapping, bool live);
   void CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live);
+  /// The frame's place in any map; nothing where no pose is sure.
+  std::optional<TrackingResult> Relocalise(const Frame& frame, MappingLane* mapping);
+  std::optional<TrackingResult> RelocaliseUnder(const Frame& frame,
+                                                std::span<const Descriptors> turned);
+  LoopCloser* MakeLoopCloser();
+  bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   /// Lets go of the oldest features kept for frames without a pose, once there are too many.
   void LimitUnlocated(std::vector<FrameRecord>* records);
+  void AdjustAll();
   /// Adjusts the maps and gives all frames their final poses; on failure those they had remain.
   void Finish(SlamResult* result);
 
-  const Camera camera_;
+  Camera camera_;
   const SystemOptions options_;
-  Extractor* extractor_;
-  Matcher* matcher_;
+  const Perception perception_;
   StageClock clock_;
   Atlas atlas_;
   Mapper mapper_;
+  std::optional<LoopCloser> loop_closer_;
+  BackEnd back_end_;
   Tracker tracker_;
+  Relocaliser relocaliser_;
+  int relocalisations_ = 0;
   std::optional<FrameId> keyframe_under_way_;
   std::deque<size_t> unlocated_;  ///< Records that keep their features, by growing index.
 };

@@ -48,7 +48,7 @@ Outcome Fly(const SyntheticFlight& flight, Schedule schedule = Schedule::kSequen
   NearestNeighbourMatcher matcher({});
   NumberedImages images(flight.size(), flight.frame_interval_s, throws_at);
   Outcome run;
-  run.slam = std::make_unique<Slam>(flight.camera, options, &extractor, &matcher);
+  run.slam = std::make_unique<Slam>(flight.camera, options, Perception{&extractor, &matcher});
   run.result = run.slam->Run(&images, schedule, progress, stop);
   return run;
 }
@@ -80,7 +80,7 @@ std::string Bytes(const SlamResult& result) {
   for (const FrameRecord& record : result.frames) {
     add(record.id.value);
     add(record.map.value);
-    add(record.reference.value);
+    add(record.pose.keyframe.value);
     add(record.state);
     for (int i = 0; i < 4; ++i) add(record.cam_from_world.rotation().coeffs()[i]);
     for (int i = 0; i < 3; ++i) add(record.cam_from_world.translation()[i]);
@@ -97,7 +97,7 @@ TEST(Slam, FollowsAFlightFromTheFirstFrameToTheLast) {
   EXPECT_FALSE(run.result.stopped);
   ASSERT_EQ(run.result.frames.size(), 80u);
   EXPECT_EQ(Located(run.result), 80);
-  EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+  EXPECT_EQ(run.slam->atlas().Remaining().size(), 1u);
   EXPECT_LT(PathError(run.result, flight), 0.05) << "over 12 m";
   const FrameRecord& first = run.result.frames.front();
   EXPECT_FALSE(first.tracked_online);
@@ -125,7 +125,7 @@ TEST(Slam, FollowsAFlightOverGroundSeenStraightDown) {
     }
     const SyntheticFlight flight = MakeFlight(FeatureWorld(geometry, 2), path, kNoise, 16);
     const Outcome run = Fly(flight);
-    EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+    EXPECT_EQ(run.slam->atlas().Remaining().size(), 1u);
     EXPECT_EQ(Located(run.result), 80);
     EXPECT_LT(PathError(run.result, flight), 0.3) << "over 48 m, relief " << relief;
   }
@@ -208,7 +208,7 @@ TEST(Slam, StartsASecondMapWhenLostForLong) {
   Random random(9);
   for (size_t i = 45; i < 80; ++i) flight.features[i] = RandomFeatures(250, 752, 480, 64, &random);
   const Outcome run = Fly(flight);
-  ASSERT_EQ(run.slam->atlas().maps().size(), 2u);
+  ASSERT_EQ(run.slam->atlas().Remaining().size(), 2u);
   for (const FrameRecord& record : run.result.frames) {
     const int64_t id = record.id.value;
     const bool blind = id >= 45 && id < 80;
@@ -228,7 +228,7 @@ TEST(Slam, FindsBackWhenLostForAMoment) {
   Random random(9);
   for (size_t i = 45; i < 60; ++i) flight.features[i] = RandomFeatures(250, 752, 480, 64, &random);
   const Outcome run = Fly(flight);
-  EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+  EXPECT_EQ(run.slam->atlas().Remaining().size(), 1u);
   EXPECT_EQ(Located(run.result), 80 - 15);
   EXPECT_LT(PathError(run.result, flight), 0.05);
 }
@@ -242,7 +242,7 @@ TEST(Slam, StandsWrongMatchesAndNoise) {
     const SyntheticFlight clean = MakeFlight(world, WeavingPath(20), kNoise, 11);
     std::copy(clean.features.begin(), clean.features.end(), flight.features.begin());
     const Outcome run = Fly(flight);
-    EXPECT_EQ(run.slam->atlas().maps().size(), 1u);
+    EXPECT_EQ(run.slam->atlas().Remaining().size(), 1u);
     EXPECT_EQ(Located(run.result), 70) << wrong_matches;
     EXPECT_LT(PathError(run.result, flight), 0.15) << wrong_matches;
   }
@@ -272,7 +272,7 @@ TEST(Slam, PureRotationNeverStartsAMap) {
   for (int i = 0; i < 60; ++i)
     path.emplace_back(RotationExp({0.002 * i, 0.01 * i, 0}), Eigen::Vector3d::Zero());
   const Outcome run = Fly(MakeFlight(BoxWorld(), path, kNoise, 13));
-  EXPECT_TRUE(run.slam->atlas().maps().empty());
+  EXPECT_TRUE(run.slam->atlas().Remaining().empty());
   EXPECT_EQ(Located(run.result), 0);
   for (const FrameRecord& record : run.result.frames) {
     EXPECT_THAT(record.reason, testing::StartsWith("waiting for "));

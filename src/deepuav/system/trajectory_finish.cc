@@ -8,12 +8,12 @@
 namespace deepuav {
 
 TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
-                                   const LocalMapOptions& local_map_options, int max_lost_frames,
+                                   const LocalMapOptions& local_map_options, int max_gap_frames,
                                    const Atlas& atlas, FrameLocator* locator)
     : camera_(camera),
       options_(options),
       local_map_options_(local_map_options),
-      max_lost_frames_(max_lost_frames),
+      max_gap_frames_(max_gap_frames),
       atlas_(atlas),
       locator_(locator) {}
 
@@ -27,7 +27,7 @@ void TrajectoryFinish::Finish(std::vector<FrameRecord>* records) const {
 
 void TrajectoryFinish::Refine(FrameRecord* record) const {
   const Map& map = atlas_.At(record->map);
-  const SE3 initial = record->cam_from_reference * map.PoseOf(record->reference);
+  const SE3 initial = map.PoseOf(record->pose);
   std::vector<PoseObservation> observations;
   std::set<LandmarkId> used;  // two landmarks seen may have become one since
   for (const FrameRecord::Seen& seen : record->seen) {
@@ -50,7 +50,7 @@ void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records
   for (int i = step > 0 ? 0 : count - 1; i >= 0 && i < count; i += step) {
     FrameRecord& record = (*records)[static_cast<size_t>(i)];
     if (!record.located()) {
-      const bool reachable = neighbour && record.features && misses <= max_lost_frames_;
+      const bool reachable = neighbour && record.features && misses <= max_gap_frames_;
       if (!reachable || !Locate(*neighbour, misses == 0 ? before : nullptr, &record)) {
         ++misses;
         continue;
@@ -66,7 +66,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
                               FrameRecord* record) const {
   const Map& map = atlas_.At(neighbour.map);
   LocationPrior prior;
-  prior.reference = map.Remaining(neighbour.reference);
+  prior.reference = map.Remaining(neighbour.pose.keyframe);
   prior.cam_from_world = neighbour.cam_from_world;
   if (before && before->time != neighbour.time) {
     const SE3 step = neighbour.cam_from_world * before->cam_from_world.Inverse();
@@ -89,7 +89,9 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   TrackingResult result;
   result.state = TrackingState::kTracking;
   result.pose = TrackedPose{
-      map.id(), reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), {}};
+      map.id(),
+      {reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
+      {}};
   for (const LocatedFrame::Seen& seen : located->seen) {
     result.pose->matches.push_back(
         {seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});

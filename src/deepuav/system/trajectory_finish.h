@@ -13,7 +13,7 @@ class TrajectoryFinish {
  public:
   /// All must outlive it; the map is not changed any more.
   TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
-                   const LocalMapOptions& local_map_options, int max_lost_frames,
+                   const LocalMapOptions& local_map_options, int max_gap_frames,
                    const Atlas& atlas, FrameLocator* locator);
 
   /// Optimises every located frame once more against the final map, then locates the others
@@ -28,7 +28,7 @@ class TrajectoryFinish {
   const Camera camera_;
   const LocatorOptions options_;
   const LocalMapOptions local_map_options_;
-  const int max_lost_frames_;
+  const int max_gap_frames_;
   const Atlas& atlas_;
   FrameLocator* locator_;
 };

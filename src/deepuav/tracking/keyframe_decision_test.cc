@@ -10,7 +10,7 @@ namespace {
 /// One keyframe at the origin that sees 200 landmarks 10 ahead.
 LocalMap TwoHundredLandmarks() {
   LocalMap local_map;
-  local_map.keyframes.push_back({{0}, SE3(), nullptr, std::vector<int>(300, -1)});
+  local_map.keyframes.push_back({{0}, SE3(), 1, nullptr, std::vector<int>(300, -1)});
   for (int i = 0; i < 200; ++i) {
     local_map.landmarks.push_back({{i}, {0.01 * i - 1, 0, 10}, {0, 0, -1}, 10, 10, 2});
     local_map.keyframes[0].landmarks[static_cast<size_t>(i)] = i;

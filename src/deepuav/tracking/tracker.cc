@@ -5,9 +5,20 @@
 #include "deepuav/base/options.h"
 
 namespace deepuav {
+namespace {
+
+const LocalKeyframe* FindKeyframe(const LocalMap& local_map, KeyframeId id) {
+  for (const LocalKeyframe& keyframe : local_map.keyframes) {
+    if (keyframe.id == id) return &keyframe;
+  }
+  return nullptr;
+}
+
+}  // namespace
 
 void TrackingOptions::Check() const {
   CheckOption(max_lost_frames >= 0, "tracking.max_lost_frames", max_lost_frames, "0 or more");
+  CheckOption(max_lost_s >= 0, "tracking.max_lost_s", max_lost_s, "0 or more");
   initialiser.Check();
   locator.Check();
   keyframes.Check();
@@ -40,10 +51,11 @@ TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
   std::string reason;
   const std::optional<LocatedFrame> located =
       locator_.Locate(frame, *local_map_, PriorFor(frame), &reason);
-  if (!located) return Lost(std::move(reason));
+  if (!located) return Lost(frame, std::move(reason));
 
   state_ = TrackingState::kTracking;
   lost_frames_ = 0;
+  last_time_ = frame.time;
   motion_.Update(frame.time, located->cam_from_world);
   CountViews(*located);
 
@@ -57,17 +69,19 @@ TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
   return result;
 }
 
-TrackingResult Tracker::Lost(std::string reason) {
+TrackingResult Tracker::Lost(const Frame& frame, std::string reason) {
   TrackingResult result;
+  result.state = state_ = TrackingState::kLost;
   result.reason = std::move(reason);
   motion_.Reset();
-  state_ = TrackingState::kLost;
-  if (++lost_frames_ > options_.max_lost_frames) {
-    initialiser_.Reset();
-    state_ = TrackingState::kInitialising;
-    result.reason += "; starting a new map";
-  }
-  result.state = state_;
+  if (!last_time_) last_time_ = frame.time;
+  const double lost_s = SecondsBetween(*last_time_, frame.time);
+  if (++lost_frames_ <= options_.max_lost_frames && lost_s < options_.max_lost_s) return result;
+  initialiser_.Reset();
+  result.state = state_ = TrackingState::kInitialising;
+  result.reason += "; starting a new map";
+  std::string waiting_for;
+  initialiser_.Add(frame, &waiting_for);
   return result;
 }
 
@@ -77,34 +91,55 @@ void Tracker::Begin(std::shared_ptr<const LocalMap> local_map) {
   views_.clear();
   lost_frames_ = 0;
   last_.reset();
+  last_time_.reset();
   last_keyframe_ = {};
   state_ = TrackingState::kTracking;
   local_map_ = std::move(local_map);
 }
 
+TrackingResult Tracker::Resume(const Frame& frame, std::shared_ptr<const LocalMap> local_map,
+                               const LocatedFrame& located) {
+  Begin(std::move(local_map));
+  last_time_ = frame.time;
+  motion_.Update(frame.time, located.cam_from_world);
+  TrackingResult result;
+  result.state = state_;
+  result.pose = last_ = Describe(located);
+  result.keyframe = RequestKeyframe(frame, *result.pose);
+  return result;
+}
+
 void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
-  if (!local_map_ || local_map->map != local_map_->map) return;
+  const bool in_other_map = !local_map_ || local_map->map != local_map_->map;
+  const bool knows_reference = last_ && FindKeyframe(*local_map, last_->anchored.keyframe);
+  if (in_other_map && !knows_reference) return;
   local_map_ = std::move(local_map);
   if (!last_) return;
-  const LocalKeyframe* reference = FindKeyframe(last_->reference);
-  if (reference) motion_.Correct(last_->cam_from_reference * reference->cam_from_world);
+  AnchoredPose& pose = last_->anchored;
+  const LocalKeyframe* reference = FindKeyframe(*local_map_, pose.keyframe);
+  if (!reference) return;
+  const double growth = reference->scale / pose.keyframe_scale;
+  pose.cam_from_keyframe = SE3(pose.cam_from_keyframe.rotation(),
+                               growth * pose.cam_from_keyframe.translation());
+  pose.keyframe_scale = reference->scale;
+  motion_.Correct(pose.cam_from_keyframe * reference->cam_from_world, growth);
 }
 
 LocationPrior Tracker::PriorFor(const Frame& frame) const {
   LocationPrior prior;
   prior.cam_from_world = motion_.Predict(frame.time);
   if (!last_) return prior;
-  prior.reference = last_->reference;
+  prior.reference = last_->anchored.keyframe;
   for (const LandmarkMatch& match : last_->matches) prior.landmarks.push_back(match.landmark);
   return prior;
 }
 
 TrackedPose Tracker::Describe(const LocatedFrame& located) const {
   const LocalKeyframe& reference = local_map_->keyframes[static_cast<size_t>(located.reference)];
-  TrackedPose pose{local_map_->map,
-                   reference.id,
-                   located.cam_from_world * reference.cam_from_world.Inverse(),
-                   {}};
+  TrackedPose pose{
+      local_map_->map,
+      {reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
+      {}};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
     pose.matches.push_back(
@@ -114,8 +149,7 @@ TrackedPose Tracker::Describe(const LocatedFrame& located) const {
 }
 
 KeyframeRequest Tracker::RequestKeyframe(const Frame& frame, const TrackedPose& pose) {
-  KeyframeRequest request{pose.map,     frame, pose.reference, pose.cam_from_reference,
-                          pose.matches, {}};
+  KeyframeRequest request{pose.map, frame, pose.anchored, pose.matches, {}};
   for (const auto& [id, count] : views_) request.views.push_back(count);
   views_.clear();
   last_keyframe_ = frame.id;
@@ -134,13 +168,6 @@ void Tracker::CountViews(const LocatedFrame& located) {
     ++count.found;
     count.visible = std::max(count.visible, count.found);
   }
-}
-
-const LocalKeyframe* Tracker::FindKeyframe(KeyframeId id) const {
-  for (const LocalKeyframe& keyframe : local_map_->keyframes) {
-    if (keyframe.id == id) return &keyframe;
-  }
-  return nullptr;
 }
 
 }  // namespace deepuav

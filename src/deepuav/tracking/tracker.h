@@ -14,7 +14,8 @@
 namespace deepuav {
 
 struct TrackingOptions {
-  int max_lost_frames = 30;  ///< Lost for longer: a new map is started.
+  int max_lost_frames = 30;  ///< Lost for longer: a new map is started...
+  double max_lost_s = 1;     ///< ...likewise.
   InitialiserOptions initialiser;
   LocatorOptions locator;
   KeyframeOptions keyframes;
@@ -24,6 +25,7 @@ struct TrackingOptions {
   void Visit(Visitor&& visit) {
     visit("max_lost_frames", max_lost_frames, "",
           "frames without a pose after which a new map is started");
+    visit("max_lost_s", max_lost_s, "s", "time since the last pose with which a new map is started");
   }
 };
 
@@ -32,8 +34,7 @@ enum class TrackingState { kInitialising, kTracking, kLost };
 /// A frame's place in the map, relative to a keyframe so that it moves with the map.
 struct TrackedPose {
   MapId map;
-  KeyframeId reference;
-  SE3 cam_from_reference;
+  AnchoredPose anchored;
   std::vector<LandmarkMatch> matches;
 };
 
@@ -60,18 +61,22 @@ class Tracker {
 
   /// Starts tracking in a new map.
   void Begin(std::shared_ptr<const LocalMap> local_map);
-  /// Goes on with a newer copy of the surroundings; poses move with their reference keyframe.
+  /// Goes on where a frame was found without a prediction; asks for a keyframe there, so that the
+  /// surroundings get to know how they look now.
+  TrackingResult Resume(const Frame& frame, std::shared_ptr<const LocalMap> local_map,
+                        const LocatedFrame& located);
+  /// Goes on with a newer copy of the surroundings, which may have become part of another map; poses
+  /// move with their reference keyframe.
   void UseLocalMap(std::shared_ptr<const LocalMap> local_map);
 
  private:
   TrackingResult Initialise(const Frame& frame);
   TrackingResult TrackInMap(const Frame& frame, bool mapping_idle);
-  TrackingResult Lost(std::string reason);
+  TrackingResult Lost(const Frame& frame, std::string reason);
   LocationPrior PriorFor(const Frame& frame) const;
   TrackedPose Describe(const LocatedFrame& located) const;
   KeyframeRequest RequestKeyframe(const Frame& frame, const TrackedPose& pose);
   void CountViews(const LocatedFrame& located);
-  const LocalKeyframe* FindKeyframe(KeyframeId id) const;
 
   const TrackingOptions options_;
   StageListener* stages_;
@@ -82,6 +87,7 @@ class Tracker {
   std::shared_ptr<const LocalMap> local_map_;
   std::optional<TrackedPose> last_;
   int lost_frames_ = 0;
+  std::optional<Timestamp> last_time_;  ///< Of the newest frame with a pose.
   FrameId last_keyframe_;
   std::map<LandmarkId, ViewCount> views_;
 };

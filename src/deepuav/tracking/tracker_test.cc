@@ -48,7 +48,7 @@ class TrackerTest : public testing::Test {
     return tracker_.Track(FrameOf(id, view), false);
   }
   SE3 PoseOf(const TrackingResult& result) const {
-    return result.pose->cam_from_reference * made_->map.PoseOf(result.pose->reference);
+    return made_->map.PoseOf(result.pose->anchored);
   }
 
   Random random_{3};
@@ -108,7 +108,7 @@ TEST_F(TrackerTest, AsksForKeyframesOnlyWhenMappingIsIdle) {
   ASSERT_TRUE(result.keyframe) << result.reason;
   EXPECT_EQ(result.keyframe->map, made_->map.id());
   EXPECT_EQ(result.keyframe->frame.id, FrameId{2});
-  EXPECT_EQ(result.keyframe->reference, result.pose->reference);
+  EXPECT_EQ(result.keyframe->pose.keyframe, result.pose->anchored.keyframe);
   EXPECT_EQ(result.keyframe->matches.size(), result.pose->matches.size());
 }
 
@@ -236,6 +236,56 @@ TEST_F(TrackerTest, MovesWithTheMap) {
   EXPECT_LT(CentreError(PoseOf(result), truth), 0.02);
 }
 
+TEST_F(TrackerTest, FollowsItsKeyframeIntoAnotherMap) {
+  tracker_.Begin(local_map_);
+  ASSERT_TRUE(Track(1, At({2, 0, 0})).pose);
+  auto merged = std::make_shared<LocalMap>(*local_map_);
+  merged->map = MapId{7};
+  tracker_.UseLocalMap(merged);
+  const TrackingResult result = Track(2, At({2, 0, 0}));
+  ASSERT_TRUE(result.pose);
+  EXPECT_EQ(result.pose->map, merged->map);
+}
+
+TEST_F(TrackerTest, ScalesItsMotionWithTheMap) {
+  const double growth = 3;
+  tracker_.Begin(local_map_);
+  for (int64_t i = 1; i <= 3; ++i) ASSERT_TRUE(Track(i, At({0.2 * double(i), 0, 0})).pose);
+  auto grown = std::make_shared<LocalMap>(*local_map_);
+  const auto scaled = [growth](const SE3& pose) {
+    return SE3(pose.rotation(), growth * pose.translation());
+  };
+  for (LocalKeyframe& keyframe : grown->keyframes) {
+    keyframe.cam_from_world = scaled(keyframe.cam_from_world);
+    keyframe.scale = growth;
+  }
+  for (LocalLandmark& landmark : grown->landmarks) {
+    landmark.position_world *= growth;
+    landmark.min_distance *= growth;
+    landmark.max_distance *= growth;
+  }
+  tracker_.UseLocalMap(grown);
+  const TrackingResult result = Track(4, At({0.8, 0, 0}));
+  ASSERT_TRUE(result.pose);
+  const AnchoredPose& pose = result.pose->anchored;
+  EXPECT_EQ(pose.keyframe_scale, growth);
+  const SE3 expected = scaled(At({0.8, 0, 0}));
+  const SE3 found = pose.cam_from_keyframe * scaled(made_->map.At(pose.keyframe).cam_from_world);
+  EXPECT_LT((found.InverseTranslation() - expected.InverseTranslation()).norm(), 0.1);
+}
+
+TEST_F(TrackerTest, ResumesWhereAFrameWasFoundAndAsksForAKeyframe) {
+  LocatedFrame located;
+  located.cam_from_world = At({2, 0, 0});
+  for (int i = 0; i < 60; ++i) located.seen.push_back({i, i});
+  const Frame frame = FrameOf(5, world_.View(At({2, 0, 0}), kNoise, &random_));
+  const TrackingResult result = tracker_.Resume(frame, local_map_, located);
+  EXPECT_EQ(result.state, TrackingState::kTracking);
+  ASSERT_TRUE(result.pose && result.keyframe);
+  EXPECT_EQ(result.keyframe->matches.size(), 60u);
+  EXPECT_TRUE(Track(6, At({2, 0, 0})).pose);
+}
+
 TEST_F(TrackerTest, IgnoresTheLocalMapOfAnotherMap) {
   tracker_.UseLocalMap(local_map_);
   EXPECT_EQ(Track(0, At({0, 0, 0})).state, TrackingState::kInitialising);
@@ -243,6 +293,7 @@ TEST_F(TrackerTest, IgnoresTheLocalMapOfAnotherMap) {
   ASSERT_TRUE(Track(1, At({2, 0, 0})).pose);
   auto other = std::make_shared<LocalMap>(*local_map_);
   other->map = MapId{7};
+  for (LocalKeyframe& keyframe : other->keyframes) keyframe.id.value += 1000;
   tracker_.UseLocalMap(other);
   const TrackingResult result = Track(2, At({2, 0, 0}));
   ASSERT_TRUE(result.pose);

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "deepuav/base/stages.h"
+#include "deepuav/looping/essential_graph.h"
+#include "deepuav/looping/loop_verifier.h"
+#include "deepuav/looping/place_recogniser.h"
+
+namespace deepuav {
+
+struct LoopingOptions {
+  bool enabled = true;
+  int agreeing_keyframes = 3;  ///< That must find the same loop before it is closed...
+  int memory_keyframes = 10;   ///< ...among this many.
+  double max_disagreement_px = 25;
+  double max_scale_disagreement = 0.15;  ///< Of the natural logarithm.
+  int rest_keyframes = 5;                ///< After a closed loop, until the next in the same map.
+  int moved_keyframes = 30;  ///< Around the newest one, which move as one before the rest follows.
+  int min_near_shared = 15;   ///< Landmarks that keyframes share to be near one another.
+  RecogniserOptions recogniser;
+  RelocaliserOptions relocaliser;
+  VerifierOptions verifier;
+  EssentialGraphOptions essential_graph;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("enabled", enabled, "", "whether places are recognised at all");
+    visit("agreeing_keyframes", agreeing_keyframes, "",
+          "keyframes that must find the same loop before it is closed");
+    visit("memory_keyframes", memory_keyframes, "",
+          "newest keyframes among which they must be");
+    visit("max_disagreement_px", max_disagreement_px, "px",
+          "between where two keyframes see the loop's place");
+    visit("max_scale_disagreement", max_scale_disagreement, "",
+          "natural logarithm of the ratio of two keyframes' scales of the loop");
+    visit("rest_keyframes", rest_keyframes, "",
+          "keyframes after a closed loop until the next in the same map");
+    visit("moved_keyframes", moved_keyframes, "",
+          "keyframes around the newest that move as one before the rest follows");
+    visit("min_near_shared", min_near_shared, "",
+          "landmarks that keyframes share to be near one another");
+  }
+};
+
+/// Recognises places (Mur-Artal 2015, section VII; Campos 2021, section VI) and says how the map
+/// has to change. Reads the atlas, never writes it. Thread-compatible; keeps no thread of its own.
+class LoopCloser {
+ public:
+  /// The pointers must outlive it; `stages` may be null. `locator` as of Relocaliser.
+  LoopCloser(const Camera& camera, const LoopingOptions& options, const LocatorOptions& locator,
+             const Vocabulary* vocabulary, Matcher* matcher, StageListener* stages);
+
+  /// Whether the keyframe could close a loop: something else than its neighbours is known.
+  bool HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId keyframe) const;
+
+  /// Takes the newest keyframe; `turned` are its descriptors under other headings, or none. Gives
+  /// the correction once enough keyframes agree on a loop.
+  std::optional<MapCorrection> Process(const Atlas& atlas, MapId map, KeyframeId keyframe,
+                                       std::span<const Descriptors> turned);
+
+  /// Only remembers the keyframe, as of a map that was loaded.
+  void Remember(const Keyframe& keyframe) { recogniser_.Remember(keyframe); }
+
+  /// Places that look like a frame, the most similar first.
+  std::vector<PlaceCandidate> PlacesLike(const Atlas& atlas, const Features& features,
+                                         std::span<const Descriptors> turned);
+
+ private:
+  std::vector<BagOfWords> ViewsOf(const Features& features,
+                                  std::span<const Descriptors> turned) const;
+  std::optional<LoopFinding> Find(const Atlas& atlas, MapId map, KeyframeId keyframe,
+                                  std::span<const Descriptors> turned);
+  std::vector<LoopFinding> AgreeingWith(const Atlas& atlas, const LoopFinding& newest) const;
+  bool Agree(const Atlas& atlas, const LoopFinding& earlier, const LoopFinding& newest) const;
+  MapCorrection MakeCorrection(const Atlas& atlas, const std::vector<LoopFinding>& findings) const;
+  void Forget(const Atlas& atlas);
+
+  const Camera camera_;
+  const LoopingOptions options_;
+  StageListener* stages_;
+  PlaceRecogniser recogniser_;
+  Relocaliser relocaliser_;
+  LoopVerifier verifier_;
+  std::deque<LoopFinding> findings_;  ///< Of the newest keyframes, by age.
+  int64_t processed_ = 0;             ///< Keyframes.
+  int64_t rest_until_ = 0;            ///< Count of processed keyframes.
+};
+
+}  // namespace deepuav

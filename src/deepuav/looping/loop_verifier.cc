@@ -1,0 +1,114 @@
+#include "deepuav/looping/loop_verifier.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+namespace {
+
+/// The unit of a over that of b, by the depths of the landmark pairs in camera a; robust, since
+/// depths of young landmarks may be far off.
+double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3& a_from_b) {
+  std::vector<double> ratios;
+  ratios.reserve(pairs.size());
+  for (const Sim3Correspondence& pair : pairs)
+    ratios.push_back(pair.point_a.z() / (a_from_b * pair.point_b).z());
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
+}
+
+}  // namespace
+
+void VerifierOptions::Check() const {
+  CheckOption(min_pairs >= 3, "looping.verifier.min_pairs", min_pairs, "at least 3");
+  CheckOption(min_pair_ratio >= 0 && min_pair_ratio <= 1, "looping.verifier.min_pair_ratio",
+              min_pair_ratio, "0 to 1");
+  place.Check();
+  sim3.Check();
+}
+
+LoopVerifier::LoopVerifier(const Pinhole& pinhole, const VerifierOptions& options,
+                           Relocaliser* relocaliser)
+    : pinhole_(pinhole), options_(options), relocaliser_(relocaliser) {
+  options_.Check();
+}
+
+std::optional<LoopFinding> LoopVerifier::Verify(const Atlas& atlas, MapId map, KeyframeId keyframe,
+                                                std::span<const Descriptors> turned,
+                                                std::span<const PlaceCandidate> places,
+                                                std::string* reason) {
+  std::vector<std::shared_ptr<const LocalMap>> surroundings;
+  surroundings.reserve(places.size());
+  for (const PlaceCandidate& place : places)
+    surroundings.push_back(MakeLocalMap(atlas.At(place.map), place.keyframe, options_.place));
+  const Keyframe& query = atlas.At(map).At(keyframe);
+  const auto found = relocaliser_->Relocalise(query.frame, turned, surroundings, reason);
+  if (!found) return std::nullopt;
+  const auto index = static_cast<size_t>(found->candidate);
+  return Compare(atlas.At(map), query, atlas.At(places[index].map), *surroundings[index], *found,
+                 reason);
+}
+
+std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe& keyframe,
+                                                 const Map& place_map, const LocalMap& place,
+                                                 const Relocaliser::Found& found,
+                                                 std::string* reason) const {
+  const LocalKeyframe& centre = place.keyframes[static_cast<size_t>(place.centre)];
+  LoopFinding finding{map.id(), place_map.id(), {keyframe.id, centre.id, {}},
+                      found.located.cam_from_world, {}};
+  for (const LocatedFrame::Seen& seen : found.located.seen) {
+    finding.tie.seen.push_back(
+        {seen.keypoint, place.landmarks[static_cast<size_t>(seen.landmark)].id});
+  }
+  const std::vector<Sim3Correspondence> pairs = PairLandmarks(map, keyframe, place, found.located);
+  if (static_cast<int>(pairs.size()) < options_.min_pairs) {
+    if (reason) *reason = fmt::format("only {} landmarks are known twice", pairs.size());
+    return std::nullopt;
+  }
+
+  const Sim3 cam_from_centre(finding.cam_from_place_world * centre.cam_from_world.Inverse());
+  const double ratio = MedianDepthRatio(pairs, cam_from_centre);
+  const Sim3 initial = Sim3(SE3(), ratio) * cam_from_centre;
+  const Sim3OptimisationResult refined = OptimizeSim3(pinhole_, pairs, initial, options_.sim3);
+  const bool agree = refined.inlier_count >= options_.min_pairs &&
+                     refined.inlier_count >= options_.min_pair_ratio * double(pairs.size());
+  if (!agree) {
+    if (reason) {
+      *reason = fmt::format("{} of {} landmarks known twice agree", refined.inlier_count,
+                            pairs.size());
+    }
+    return std::nullopt;
+  }
+  const Sim3 centre_from_cam_here = refined.a_from_b.Inverse();
+  finding.place_from_map_world = Sim3(centre.cam_from_world.Inverse()) * centre_from_cam_here *
+                                 Sim3(keyframe.cam_from_world);
+  return finding;
+}
+
+std::vector<Sim3Correspondence> LoopVerifier::PairLandmarks(const Map& map,
+                                                            const Keyframe& keyframe,
+                                                            const LocalMap& place,
+                                                            const LocatedFrame& located) const {
+  const LocalKeyframe& centre = place.keyframes[static_cast<size_t>(place.centre)];
+  std::vector<Sim3Correspondence> pairs;
+  for (const LocatedFrame::Seen& seen : located.seen) {
+    const LandmarkId here = keyframe.landmarks[static_cast<size_t>(seen.keypoint)];
+    const LocalLandmark& there = place.landmarks[static_cast<size_t>(seen.landmark)];
+    if (!here.valid() || here == there.id) continue;
+    const Keypoint& keypoint = keyframe.features().keypoints[static_cast<size_t>(seen.keypoint)];
+    Sim3Correspondence pair;
+    pair.point_a = keyframe.cam_from_world * map.At(here).position_world;
+    pair.point_b = centre.cam_from_world * there.position_world;
+    pair.px_a = keypoint.px.cast<double>();
+    pair.px_b = pinhole_.Project(pair.point_b);
+    pair.sigma_a_px = pair.sigma_b_px = keypoint.sigma_px;
+    if (UsableCorrespondence(pair)) pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,83 @@
+#include "deepuav/looping/place_recogniser.h"
+
+#include <algorithm>
+#include <set>
+
+#include "deepuav/base/options.h"
+
+namespace deepuav {
+namespace {
+
+/// The map that holds the keyframe now; invalid where none does.
+MapId MapOf(const Atlas& atlas, KeyframeId keyframe) {
+  for (MapId map : atlas.Remaining()) {
+    if (atlas.At(map).Contains(keyframe)) return map;
+  }
+  return {};
+}
+
+}  // namespace
+
+void RecogniserOptions::Check() const {
+  CheckOption(max_hits >= 1, "looping.recogniser.max_hits", max_hits, "at least 1");
+  CheckOption(min_similarity >= 0, "looping.recogniser.min_similarity", min_similarity,
+              "0 or more");
+  CheckOption(min_relative_similarity >= 0 && min_relative_similarity <= 1,
+              "looping.recogniser.min_relative_similarity", min_relative_similarity, "0 to 1");
+  CheckOption(group_keyframes >= 0, "looping.recogniser.group_keyframes", group_keyframes,
+              "0 or more");
+  CheckOption(max_places >= 1, "looping.recogniser.max_places", max_places, "at least 1");
+}
+
+PlaceRecogniser::PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options)
+    : vocabulary_(vocabulary), options_(options) {
+  options_.Check();
+}
+
+void PlaceRecogniser::Remember(const Keyframe& keyframe) {
+  index_.Add(keyframe.id, vocabulary_->Words(keyframe.features().descriptors));
+  remembered_.insert(keyframe.id);
+}
+
+void PlaceRecogniser::ForgetCulled(const Atlas& atlas) {
+  for (auto id = remembered_.begin(); id != remembered_.end();) {
+    if (MapOf(atlas, *id).valid()) {
+      ++id;
+      continue;
+    }
+    index_.Remove(*id);
+    id = remembered_.erase(id);
+  }
+}
+
+std::vector<PlaceCandidate> PlaceRecogniser::Recognise(
+    const Atlas& atlas, std::span<const BagOfWords> views,
+    const std::function<bool(KeyframeId)>& skip) {
+  ForgetCulled(atlas);
+  std::map<KeyframeId, double> similarity;  // under the heading that fits best
+  for (const BagOfWords& view : views) {
+    for (const PlaceIndex::Hit& hit : index_.Query(view, options_.max_hits, skip)) {
+      if (hit.similarity < options_.min_similarity) break;
+      double& best = similarity[hit.keyframe];
+      best = std::max<double>(best, hit.similarity);
+    }
+  }
+  std::vector<PlaceCandidate> ranked;
+  for (const auto& [id, value] : similarity) ranked.push_back({MapOf(atlas, id), id, value});
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const auto& a, const auto& b) { return a.similarity > b.similarity; });
+  std::vector<PlaceCandidate> places;
+  std::set<KeyframeId> taken;
+  for (const PlaceCandidate& place : ranked) {
+    if (static_cast<int>(places.size()) == options_.max_places) break;
+    if (place.similarity < options_.min_relative_similarity * ranked.front().similarity) break;
+    if (taken.contains(place.keyframe)) continue;
+    places.push_back(place);
+    for (KeyframeId other :
+         atlas.At(place.map).Covisible(place.keyframe, 1, options_.group_keyframes))
+      taken.insert(other);
+  }
+  return places;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "deepuav/map/atlas.h"
+#include "deepuav/place/place_index.h"
+#include "deepuav/place/vocabulary.h"
+
+namespace deepuav {
+
+struct RecogniserOptions {
+  int max_hits = 30;             ///< Keyframes that look most like the image, before grouping.
+  double min_similarity = 0.01;  ///< Of the bags of words.
+  double min_relative_similarity = 0.5;  ///< Over the best.
+  int group_keyframes = 10;  ///< Covisible keyframes that a better one of them stands for.
+  int max_places = 3;        ///< Places to be looked at closer.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("max_hits", max_hits, "", "keyframes that look most like an image, before grouping");
+    visit("min_similarity", min_similarity, "", "of the bags of words of image and keyframe");
+    visit("min_relative_similarity", min_relative_similarity, "",
+          "similarity over that of the best");
+    visit("group_keyframes", group_keyframes, "",
+          "covisible keyframes that a better one of them stands for");
+    visit("max_places", max_places, "", "places looked at closer");
+  }
+};
+
+/// A keyframe that looks like an image.
+struct PlaceCandidate {
+  MapId map;
+  KeyframeId keyframe;
+  double similarity = 0;
+};
+
+/// Remembers what keyframes look like and finds those that an image resembles, in all maps of an
+/// atlas. Thread-compatible.
+class PlaceRecogniser {
+ public:
+  /// `vocabulary` must outlive it.
+  PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options);
+
+  const Vocabulary& vocabulary() const { return *vocabulary_; }
+
+  void Remember(const Keyframe& keyframe);
+  bool Remembers(KeyframeId keyframe) const { return index_.Contains(keyframe); }
+
+  /// Places that look like one of `views` (the image under several headings, in words), the most
+  /// similar first. The most similar keyframe stands for its group of covisible ones; sums over the
+  /// group (Mur-Artal 2015, section VII-A) would favour places with many keyframes. Keyframes for
+  /// which `skip` is true, and those no longer in the atlas, are left out.
+  std::vector<PlaceCandidate> Recognise(const Atlas& atlas, std::span<const BagOfWords> views,
+                                        const std::function<bool(KeyframeId)>& skip = nullptr);
+
+ private:
+  void ForgetCulled(const Atlas& atlas);
+
+  const Vocabulary* vocabulary_;
+  const RecogniserOptions options_;
+  PlaceIndex index_;
+  std::set<KeyframeId> remembered_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,43 @@
+#include "deepuav/mapping/correction.h"
+
+namespace deepuav {
+
+void MoveKeyframes(const std::vector<KeyframeMove>& moves, Map* map) {
+  std::map<KeyframeId, Sim3> new_from_old;
+  for (const KeyframeMove& move : moves) {
+    new_from_old[move.keyframe] = move.new_from_old;
+    map->Move(move.keyframe, move.new_from_old);
+  }
+  std::vector<LandmarkId> landmarks;
+  map->landmarks().ForEach([&](const Landmark& landmark) { landmarks.push_back(landmark.id); });
+  for (LandmarkId id : landmarks) {
+    const Landmark& landmark = map->At(id);
+    const auto move = new_from_old.find(landmark.representative.keyframe);
+    if (move != new_from_old.end()) map->SetPosition(id, move->second * landmark.position_world);
+  }
+  for (LandmarkId id : landmarks) map->UpdateViewRange(id);
+}
+
+void FuseTie(const LoopTie& tie, Map* map) {
+  map->AddLoop(tie.keyframe, tie.place);
+  for (const LandmarkMatch& match : tie.seen) {
+    const auto there = map->Current(match.landmark);
+    if (!there) continue;
+    const LandmarkId here = map->At(tie.keyframe).landmarks[static_cast<size_t>(match.keypoint)];
+    if (here.valid()) {
+      map->MergeLandmark(here, *there);
+    } else {
+      map->AddObservation(tie.keyframe, match.keypoint, *there);
+    }
+    map->UpdateAppearance(*there);
+  }
+}
+
+void MergeMaps(const MapCorrection& correction, Atlas* atlas) {
+  Map& map = atlas->At(correction.map);
+  map.Transform(correction.into_from_map);
+  map.Reroot(correction.ties.back().keyframe);
+  atlas->Merge(correction.map, correction.into, correction.ties.back().place);
+}
+
+}  // namespace deepuav

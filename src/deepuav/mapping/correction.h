@@ -1,0 +1,18 @@
+#pragma once
+
+#include "deepuav/map/atlas.h"
+#include "deepuav/map/map_correction.h"
+
+namespace deepuav {
+
+/// Moves keyframes, and each landmark with the keyframe of its representative.
+void MoveKeyframes(const std::vector<KeyframeMove>& moves, Map* map);
+
+/// Gives the keyframe the landmarks that it sees at the place; where it has its own, that becomes
+/// one with the place's.
+void FuseTie(const LoopTie& tie, Map* map);
+
+/// Transforms the corrected map into the other's world and makes it part of it.
+void MergeMaps(const MapCorrection& correction, Atlas* atlas);
+
+}  // namespace deepuav

@@ -1,0 +1,58 @@
+#include "deepuav/system/back_end.h"
+
+#include "deepuav/base/logging.h"
+
+namespace deepuav {
+
+BackEnd::BackEnd(Atlas* atlas, Mapper* mapper, LoopCloser* loop_closer, TurnedDescriber* turned,
+                 StageListener* stages)
+    : atlas_(atlas),
+      mapper_(mapper),
+      loop_closer_(loop_closer),
+      turned_(turned),
+      stages_(stages) {}
+
+LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
+  LocalMapPtr local_map = mapper_->StartMap(request);
+  if (!local_map || !loop_closer_) return local_map;
+  atlas_->At(local_map->map).keyframes().ForEach([this](const Keyframe& keyframe) {
+    loop_closer_->Remember(keyframe);
+  });
+  return local_map;
+}
+
+LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
+  LocalMapPtr local_map = mapper_->InsertKeyframe(request);
+  const auto centre = static_cast<size_t>(local_map->centre);
+  newest_ = {local_map->map, local_map->keyframes[centre].id, request.frame};
+  return local_map;
+}
+
+void BackEnd::CloseLoops() {
+  if (!loop_closer_ || !newest_) return;
+  const Newest newest = *std::exchange(newest_, std::nullopt);
+  TurnedDescriptors turned;
+  const bool describe = turned_ && !newest.frame.image.empty() &&
+                        loop_closer_->HasDistantKeyframes(*atlas_, newest.map, newest.keyframe);
+  if (describe) {
+    const StageScope stage(stages_, "turned descriptors");
+    turned = turned_->Describe(newest.frame.image, *newest.frame.features);
+  }
+  const std::span<const Descriptors> headings(turned.data(), describe ? turned.size() : 0);
+  const auto correction =
+      loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
+  if (!correction) return;
+  const LoopTie& tie = correction->ties.back();
+  if (correction->merges()) {
+    Log().info("map {} joins map {}: keyframe {} is at keyframe {}", correction->map.value,
+               correction->into.value, tie.keyframe.value, tie.place.value);
+    ++merged_maps_;
+  } else {
+    Log().info("loop closed in map {}: keyframe {} is at keyframe {}", correction->map.value,
+               tie.keyframe.value, tie.place.value);
+    ++closed_loops_;
+  }
+  mapper_->Apply(*correction);
+}
+
+}  // namespace deepuav

@@ -1,0 +1,184 @@
+// What the whole system makes of places seen again: loops, jumps, maps that meet.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/place/vocabulary_training.h"
+#include "deepuav/system/slam.h"
+#include "support/path_error.h"
+#include "support/synthetic_flight.h"
+
+namespace deepuav {
+namespace {
+
+constexpr FeatureNoise kNoise{0.5, 0.2, 0, 20};
+constexpr int kLap = 240;  // frames
+
+/// A round court whose walls are full of landmarks.
+FeatureWorld Court(uint64_t seed) {
+  Random random(seed);
+  SyntheticWorld geometry;
+  for (int i = 0; i < 2200; ++i) {
+    const double angle = random.Uniform(0, 2 * std::numbers::pi);
+    const double radius = random.Uniform(9, 13);
+    geometry.landmarks_world.push_back(
+        {radius * std::cos(angle), radius * std::sin(angle), random.Uniform(-5, 5)});
+  }
+  return FeatureWorld(geometry, seed + 1);
+}
+
+/// Seen from the inside, facing the wall, after `laps` of walking along it.
+SE3 InCourt(double laps) {
+  const double angle = 2 * std::numbers::pi * laps;
+  const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
+  return LookAt((4 + 0.3 * std::sin(3 * angle)) * outward, 10 * outward, Eigen::Vector3d::UnitZ());
+}
+
+std::vector<SE3> Walk(double from_laps, int frames) {
+  std::vector<SE3> path;
+  for (int i = 0; i < frames; ++i) path.push_back(InCourt(from_laps + double(i) / kLap));
+  return path;
+}
+
+void Append(const SyntheticFlight& more, SyntheticFlight* flight) {
+  flight->cam_from_world.insert(flight->cam_from_world.end(), more.cam_from_world.begin(),
+                                more.cam_from_world.end());
+  flight->features.insert(flight->features.end(), more.features.begin(), more.features.end());
+}
+
+SyntheticFlight Blind(int frames) {
+  Random random(77);
+  SyntheticFlight flight;
+  for (int i = 0; i < frames; ++i) {
+    flight.cam_from_world.push_back(SE3());
+    flight.features.push_back(RandomFeatures(250, 752, 480, FeatureWorld::kDimension, &random));
+  }
+  return flight;
+}
+
+Vocabulary VocabularyOf(const SyntheticFlight& flight) {
+  std::vector<Descriptors> images;
+  for (size_t i = 0; i < flight.features.size(); i += 5)
+    images.push_back(flight.features[i].descriptors);
+  VocabularyOptions options;
+  options.depth = 3;
+  options.split_descriptors = 20;
+  return TrainVocabulary(images, options);
+}
+
+struct Outcome {
+  SlamResult result;
+  std::vector<MapId> maps;
+};
+
+Outcome Fly(const SyntheticFlight& flight, const Vocabulary* vocabulary,
+            Schedule schedule = Schedule::kSequential) {
+  PreparedFeatures extractor(flight.features);
+  NearestNeighbourMatcher matcher({});
+  NumberedImages images(flight.size(), flight.frame_interval_s);
+  Slam slam(flight.camera, {}, {&extractor, &matcher, vocabulary});
+  SlamResult result = slam.Run(&images, schedule);
+  EXPECT_EQ(result.failure, "");
+  return {std::move(result), slam.atlas().Remaining()};
+}
+
+int LocatedIn(const Outcome& run, MapId map) {
+  int located = 0;
+  for (const FrameRecord& record : run.result.frames) located += record.map == map;
+  return located;
+}
+
+double PathError(const Outcome& run, const SyntheticFlight& flight, MapId map) {
+  std::vector<Eigen::Vector3d> estimate, truth;
+  for (const FrameRecord& record : run.result.frames) {
+    if (record.map != map) continue;
+    estimate.push_back(record.cam_from_world.InverseTranslation());
+    truth.push_back(
+        flight.cam_from_world[static_cast<size_t>(record.id.value)].InverseTranslation());
+  }
+  return RmseAfterAlignment(estimate, truth);
+}
+
+std::string Bytes(const SlamResult& result) {
+  std::string bytes;
+  for (const FrameRecord& record : result.frames) {
+    const SE3& pose = record.cam_from_world;
+    bytes.append(reinterpret_cast<const char*>(pose.rotation().coeffs().data()), 32);
+    bytes.append(reinterpret_cast<const char*>(pose.translation().data()), 24);
+    bytes += std::to_string(record.map.value) + " ";
+  }
+  return bytes;
+}
+
+TEST(SlamPlaces, ClosesALoopAndLosesTheDrift) {
+  const FeatureWorld world = Court(1);
+  SyntheticFlight flight = MakeFlight(world, Walk(0, kLap + 60), kNoise, 3);
+  flight.camera.pinhole.fx *= 1.04;  // a wrong calibration drifts
+  flight.camera.pinhole.fy *= 1.04;
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  const Outcome without = Fly(flight, nullptr), with = Fly(flight, &vocabulary);
+  EXPECT_EQ(without.result.closed_loops, 0);
+  EXPECT_GE(with.result.closed_loops, 1);
+  ASSERT_EQ(with.maps.size(), 1u);
+  EXPECT_EQ(LocatedIn(with, with.maps[0]), flight.size());
+  const double drifting = PathError(without, flight, without.maps[0]);
+  const double closed = PathError(with, flight, with.maps[0]);
+  EXPECT_LT(closed, 0.5 * drifting) << "without: " << drifting;
+  EXPECT_LT(closed, 0.05);
+}
+
+TEST(SlamPlaces, IsFoundAgainAfterAJumpInItsMap) {
+  const FeatureWorld world = Court(2);
+  SyntheticFlight flight = MakeFlight(world, Walk(0, 100), kNoise, 3);
+  Append(MakeFlight(world, Walk(0.1, 60), kNoise, 4), &flight);
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  const Outcome run = Fly(flight, &vocabulary);
+  EXPECT_GE(run.result.relocalisations, 1);
+  ASSERT_EQ(run.maps.size(), 1u);
+  EXPECT_EQ(LocatedIn(run, run.maps[0]), flight.size());
+  EXPECT_LT(PathError(run, flight, run.maps[0]), 0.02);
+}
+
+/// Lost, elsewhere with a new map, and then where the first map is.
+SyntheticFlight FlightOfTwoMaps(const FeatureWorld& world) {
+  SyntheticFlight flight = MakeFlight(world, Walk(0, 80), kNoise, 3);
+  Append(Blind(40), &flight);
+  Append(MakeFlight(world, Walk(0.6, 170), kNoise, 4), &flight);
+  return flight;
+}
+
+TEST(SlamPlaces, JoinsTwoMapsThatMeet) {
+  const SyntheticFlight flight = FlightOfTwoMaps(Court(3));
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  const Outcome run = Fly(flight, &vocabulary);
+  EXPECT_EQ(run.result.merged_maps, 1);
+  ASSERT_EQ(run.maps.size(), 1u);
+  EXPECT_EQ(LocatedIn(run, run.maps[0]), flight.size() - 40);
+  EXPECT_LT(PathError(run, flight, run.maps[0]), 0.05);
+}
+
+TEST(SlamPlaces, KeepsMapsOfDifferentPlacesApart) {
+  SyntheticFlight flight = MakeFlight(Court(4), Walk(0, 90), kNoise, 3);
+  Append(MakeFlight(Court(5), Walk(0, 90), kNoise, 4), &flight);
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  const Outcome run = Fly(flight, &vocabulary);
+  EXPECT_EQ(run.result.merged_maps + run.result.closed_loops + run.result.relocalisations, 0);
+  EXPECT_EQ(run.maps.size(), 2u);
+}
+
+TEST(SlamPlaces, GivesTheSameBytesOnThreads) {
+  const SyntheticFlight flight = FlightOfTwoMaps(Court(3));
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  const Outcome sequential = Fly(flight, &vocabulary);
+  for (int run = 0; run < 3; ++run) {
+    EXPECT_TRUE(Bytes(Fly(flight, &vocabulary, Schedule::kThreaded).result) ==
+                Bytes(sequential.result));
+  }
+}
+
+}  // namespace
+}  // namespace deepuav
