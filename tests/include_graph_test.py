@@ -18,9 +18,10 @@ ARROWS = {
     "place": ["features"],
     "map": ["features", "place", "geometry"],
     "estimation": ["map", "geometry"],
-    "tracking": ["estimation", "matching"],
+    "localisation": ["estimation", "matching"],
+    "tracking": ["localisation"],
     "mapping": ["estimation", "matching"],
-    "looping": ["estimation", "matching", "place"],
+    "looping": ["localisation", "place"],
     "system": ["tracking", "mapping", "looping"],
     "io": ["map", "image"],
     "evaluation": ["geometry", "io"],
@@ -29,7 +30,8 @@ ARROWS = {
 }
 
 # Three parts that talk by value alone, so that their result cannot depend on threads' timing.
-TIMELESS = ("tracking", "mapping", "looping")
+SIBLINGS = ("tracking", "mapping", "looping")
+TIMELESS = ("localisation", *SIBLINGS)
 TIMELESS_FORBIDDEN = re.compile(
     r"<(?:thread|mutex|shared_mutex|chrono|condition_variable|future|atomic)>|\bdeepuav/base/queue\.h\b|\bStopwatch\b"
 )
@@ -98,7 +100,7 @@ def check_source(path, name, module, depends, test_links):
     usable = {module, *depends} | (test_links if is_test else set())
     code_and_literals = without_comments(text, keep_literals=True)
     for used in sorted(set(MODULE_INCLUDE.findall(code_and_literals))):
-        if module in TIMELESS and used in TIMELESS and used != module:
+        if module in SIBLINGS and used in SIBLINGS and used != module:
             yield f"{name}: includes {used}: tracking, mapping and looping may not include one another"
         elif used not in usable:
             yield f"{name}: includes {used}, which is not in the DEPENDS of {module}"

@@ -2,10 +2,11 @@
 // once and kept in a file, and prints one line each: what an option does to accuracy, without the
 // networks' time.
 //
-//   backend_sweep DATASET FEATURES_FILE MODEL.onnx ["name=value name=value ..." ...]
+//   backend_sweep DATASET FEATURES_FILE MODEL.onnx VOCABULARY ["name=value name=value ..." ...]
 //
-// Beside the program's options, stride=N runs every N-th frame, start=N and end=N a part, and
-// keypoints=N keeps the best.
+// VOCABULARY may be empty (""): no place is recognised then. Beside the program's options, stride=N
+// runs every N-th frame, start=N and end=N a part, drop_from=A drop_to=B leaves frames out (a jump
+// of the camera), blind_from=A blind_to=B takes all features away, and keypoints=N keeps the best.
 
 #include <fmt/format.h>
 
@@ -68,9 +69,15 @@ Features ReadFeatures(std::istream& stream) {
 
 struct Part {
   int start = 0, end = 0, stride = 1, keypoints = 0;
+  int drop_from = 0, drop_to = 0;    // left out: the camera jumps
+  int blind_from = 0, blind_to = 0;  // without features: the camera sees nothing
 
-  int Frame(int index) const { return start + index * stride; }
-  int size() const { return (end - start + stride - 1) / stride; }
+  int Frame(int index) const {
+    const int frame = start + index * stride;
+    return frame < drop_from ? frame : frame + (drop_to - drop_from);
+  }
+  int size() const { return (end - start - (drop_to - drop_from) + stride - 1) / stride; }
+  bool IsBlind(int frame) const { return frame >= blind_from && frame < blind_to; }
 };
 
 /// Gives the frames' features in order of the calls.
@@ -80,7 +87,9 @@ class StoredExtractor : public Extractor {
       : features_(features), part_(part) {}
 
   Features Extract(const GreyImage& /*image*/, ExtractionTimes* /*times*/) override {
-    const Features& all = features_->at(static_cast<size_t>(part_.Frame(next_++)));
+    const int frame = part_.Frame(next_++);
+    const Features& all = features_->at(static_cast<size_t>(frame));
+    if (part_.IsBlind(frame)) return Features{{}, Descriptors(all.descriptors.dimension())};
     if (part_.keypoints <= 0 || all.size() <= part_.keypoints) return all;
     Features best{{all.keypoints.begin(), all.keypoints.begin() + part_.keypoints},
                   Descriptors(all.descriptors.dimension())};
@@ -115,7 +124,11 @@ bool SetPart(const std::string& word, Part* part) {
   const std::map<std::string, int*> fields = {{"start", &part->start},
                                               {"end", &part->end},
                                               {"stride", &part->stride},
-                                              {"keypoints", &part->keypoints}};
+                                              {"keypoints", &part->keypoints},
+                                              {"drop_from", &part->drop_from},
+                                              {"drop_to", &part->drop_to},
+                                              {"blind_from", &part->blind_from},
+                                              {"blind_to", &part->blind_to}};
   const size_t equals = word.find('=');
   const auto field = fields.find(word.substr(0, equals));
   if (field == fields.end()) return false;
@@ -150,7 +163,7 @@ Trajectory TrajectoryOf(const SlamResult& result, MapId map) {
 }
 
 void RunVariant(const Dataset& dataset, const std::vector<Features>& features, const Truth& truth,
-                const std::string& variant) {
+                const std::optional<Vocabulary>& vocabulary, const std::string& variant) {
   SystemOptions options;
   NearestNeighbourOptions matching;
   OptionRegistry registry;
@@ -164,12 +177,14 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
 
   StoredExtractor extractor(&features, part);
   NearestNeighbourMatcher matcher(matching);
-  Slam slam(dataset.camera(), options, &extractor, &matcher);
+  Slam slam(dataset.camera(), options,
+            {&extractor, &matcher, vocabulary ? &*vocabulary : nullptr, nullptr});
   EmptyImages images(dataset, part);
   const Stopwatch running;
   const SlamResult result = slam.Run(&images, Schedule::kSequential);
   fmt::print("{}\n", variant.empty() ? "(defaults)" : variant);
-  for (const Map& map : slam.atlas().maps()) {
+  for (MapId id : slam.atlas().Remaining()) {
+    const Map& map = slam.atlas().At(id);
     const Trajectory trajectory = TrajectoryOf(result, map.id());
     EvaluationOptions evaluation;
     evaluation.horizontal = !truth.has_orientation;
@@ -184,7 +199,8 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     if (!record.located() && shown++ < 5)
       fmt::print("   frame {} has no pose: {}\n", record.id.value, record.reason);
   }
-  fmt::print("   {:.1f} s\n", running.Seconds());
+  fmt::print("   {} relocalisations, {} loops, {} maps merged; {:.1f} s\n",
+             result.relocalisations, result.closed_loops, result.merged_maps, running.Seconds());
   std::fflush(stdout);
 }
 
@@ -192,18 +208,21 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
 }  // namespace deepuav
 
 int main(int argc, char** argv) {
-  if (argc < 4) {
-    std::cerr << "usage: backend_sweep DATASET FEATURES_FILE MODEL.onnx [\"name=value ...\" ...]\n";
+  if (argc < 5) {
+    std::cerr << "usage: backend_sweep DATASET FEATURES_FILE MODEL.onnx VOCABULARY "
+                 "[\"name=value ...\" ...]\n";
     return 2;
   }
   try {
     const auto dataset = deepuav::OpenDataset(argv[1]);
     const auto features = deepuav::LoadOrExtract(dataset.get(), argv[2], argv[3]);
     const deepuav::Truth truth = deepuav::LoadTruth(argv[1], false);
-    std::vector<std::string> variants(argv + 4, argv + argc);
+    std::optional<deepuav::Vocabulary> vocabulary;
+    if (*argv[4] != 0) vocabulary = deepuav::Vocabulary::Load(argv[4]);
+    std::vector<std::string> variants(argv + 5, argv + argc);
     if (variants.empty()) variants.push_back("");
     for (const std::string& variant : variants)
-      deepuav::RunVariant(*dataset, features, truth, variant);
+      deepuav::RunVariant(*dataset, features, truth, vocabulary, variant);
   } catch (const std::exception& error) {
     std::cerr << "backend_sweep: " << error.what() << "\n";
     return 1;

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "deepuav/features/extractor.h"
+#include "deepuav/features/superpoint_network.h"
 #include "deepuav/features/superpoint_postprocessing.h"
-#include "deepuav/inference/session.h"
 
 namespace deepuav {
 
@@ -42,12 +40,8 @@ struct SuperPointOptions {
   }
 };
 
-/// SuperPoint (DeTone, Malisiewicz and Rabinovich, CVPR Workshops 2018) with a network in any of
-/// the published layouts: one input [1,1,H,W] in 0..1; the detector as logits [1,65,H/8,W/8] or as
-/// a heat map [1,H,W] or [1,1,H,W] of probabilities; descriptors [1,D,H/8,W/8], normalised or not.
-/// An image whose size is no multiple of 8 is continued on the right and at the bottom by its last
-/// pixels, so that nothing of it is lost and no pixel moves; there are no key points in what was
-/// added.
+/// SuperPoint (DeTone, Malisiewicz and Rabinovich, CVPR Workshops 2018). There are no key points in
+/// what SuperPointNetwork adds to an image.
 class SuperPoint : public Extractor {
  public:
   /// Throws Error for options, a model or a layout that do not fit.
@@ -62,20 +56,13 @@ class SuperPoint : public Extractor {
   std::string Description() const override;
 
  private:
-  void FillInput(const GreyImage& image);
-  HeatMap ReadHeatMap();
   Features Describe(const HeatMap& heat_map);
   std::optional<Keypoint> MakeKeypoint(const Eigen::Vector2f& image_px, float score) const;
 
   Camera camera_;
   SuperPointOptions options_;
   PeakRefiner refiner_;
-  Session session_;
-  std::string detector_output_, descriptor_output_;
-  bool detector_gives_logits_ = false;
-  int padded_width_, padded_height_;  ///< px
-  int dimension_ = 0;
-  std::vector<float> input_, heat_map_, softmax_scratch_;
+  SuperPointNetwork network_;
 };
 
 }  // namespace deepuav

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "deepuav/estimation/sim3_optimisation.h"
-#include "deepuav/tracking/relocaliser.h"
+#include "deepuav/localisation/relocaliser.h"
 #include "deepuav/looping/place_recogniser.h"
 #include "deepuav/map/map_correction.h"
 

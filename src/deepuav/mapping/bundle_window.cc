@@ -6,13 +6,6 @@
 namespace deepuav {
 namespace {
 
-/// A bundle problem and what its indices mean in the map.
-struct Window {
-  BundleProblem problem;
-  std::vector<KeyframeId> keyframes;
-  std::vector<LandmarkId> landmarks;
-};
-
 std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> landmarks;
   for (KeyframeId id : keyframes) {
@@ -25,8 +18,11 @@ std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<Keyfra
   return landmarks;
 }
 
-Window MakeWindow(const Map& map, const std::vector<KeyframeId>& free, const Pinhole& pinhole) {
-  Window window;
+}  // namespace
+
+BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
+                              const Pinhole& pinhole) {
+  BundleWindow window;
   window.problem.pinhole = pinhole;
   window.landmarks = LandmarksSeenBy(map, free);
   std::set<KeyframeId> involved(free.begin(), free.end());
@@ -55,7 +51,9 @@ Window MakeWindow(const Map& map, const std::vector<KeyframeId>& free, const Pin
   return window;
 }
 
-void RemoveOutliers(const BundleReport& report, const Window& window, Map* map) {
+namespace {
+
+void RemoveOutliers(const BundleReport& report, const BundleWindow& window, Map* map) {
   for (size_t i = 0; i < report.outlier.size(); ++i) {
     if (!report.outlier[i]) continue;
     const LandmarkId landmark =
@@ -66,7 +64,7 @@ void RemoveOutliers(const BundleReport& report, const Window& window, Map* map) 
   }
 }
 
-void WriteBack(const Window& window, Map* map) {
+void WriteBack(const BundleWindow& window, Map* map) {
   for (size_t k = 0; k < window.keyframes.size(); ++k) {
     if (!window.problem.camera_fixed[k])
       map->SetPose(window.keyframes[k], window.problem.cam_from_world[k]);
@@ -81,7 +79,7 @@ BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole*
                          const BundleOptions& options, const std::function<bool()>& stop) {
   BundleReport report;
   for (int run = 0; run < 2; ++run) {
-    Window window = MakeWindow(*map, free, *pinhole);
+    BundleWindow window = MakeBundleWindow(*map, free, *pinhole);
     report = AdjustBundle(&window.problem, options, stop);
     *pinhole = window.problem.pinhole;
     WriteBack(window, map);

@@ -8,6 +8,18 @@
 
 namespace deepuav {
 
+/// A bundle problem and what its indices mean in the map.
+struct BundleWindow {
+  BundleProblem problem;
+  std::vector<KeyframeId> keyframes;
+  std::vector<LandmarkId> landmarks;
+};
+
+/// The problem of adjusting the poses of `free` keyframes and all landmarks they see; other
+/// keyframes that see these landmarks, and the root, are fixed.
+BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
+                              const Pinhole& pinhole);
+
 /// Adjusts the poses of `free` keyframes and all landmarks they see; other keyframes that see these
 /// landmarks hold still and anchor them. Writes the result into the map and removes the
 /// observations found to be outliers. Returns the report of the second of two runs: outliers of the

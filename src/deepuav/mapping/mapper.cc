@@ -158,6 +158,10 @@ void Mapper::Apply(const MapCorrection& correction) {
   AdjustLocally(correction.ties.back().keyframe, &map);
 }
 
+GlobalAdjustment Mapper::PrepareAdjustment(MapId map) const {
+  return GlobalAdjustment(atlas_->At(map), camera_.pinhole, options_.global_bundle);
+}
+
 void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal) {
   const StageScope stage(stages_, "global bundle adjustment");
   BundleOptions options = options_.global_bundle;

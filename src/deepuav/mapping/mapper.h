@@ -9,6 +9,7 @@
 #include "deepuav/map/requests.h"
 #include "deepuav/mapping/bundle_window.h"
 #include "deepuav/mapping/fusion.h"
+#include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
 
 namespace deepuav {
@@ -66,6 +67,9 @@ class Mapper {
   /// Applies what looping found, in one step: moves keyframes and landmarks or takes a whole map
   /// into another, fuses the landmarks seen twice and adjusts the seam.
   void Apply(const MapCorrection& correction);
+
+  /// A copy of the map to be adjusted beside the mapping.
+  GlobalAdjustment PrepareAdjustment(MapId map) const;
 
   /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
   /// guess.

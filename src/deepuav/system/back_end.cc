@@ -5,12 +5,18 @@
 namespace deepuav {
 
 BackEnd::BackEnd(Atlas* atlas, Mapper* mapper, LoopCloser* loop_closer, TurnedDescriber* turned,
-                 StageListener* stages)
+                 int adjustment_delay_keyframes, StageListener* stages)
     : atlas_(atlas),
       mapper_(mapper),
       loop_closer_(loop_closer),
       turned_(turned),
-      stages_(stages) {}
+      stages_(stages),
+      adjustment_delay_keyframes_(adjustment_delay_keyframes) {}
+
+void BackEnd::AdjustBeside(bool as_soon_as_ready) {
+  adjust_beside_ = true;
+  adjust_as_soon_as_ready_ = as_soon_as_ready;
+}
 
 LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
   LocalMapPtr local_map = mapper_->StartMap(request);
@@ -21,7 +27,22 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
   return local_map;
 }
 
+void BackEnd::StartAdjustment(MapId map) {
+  adjustment_ = std::make_unique<PendingAdjustment>(mapper_->PrepareAdjustment(map),
+                                                    adjust_beside_, stages_);
+}
+
+void BackEnd::FinishAdjustment() {
+  if (!adjustment_) return;
+  const bool due = ++adjustment_->keyframes_since >= adjustment_delay_keyframes_;
+  if (adjust_as_soon_as_ready_ ? !adjustment_->Ready() : !due) return;
+  const GlobalAdjustment& adjustment = adjustment_->Get();
+  adjustment.Apply(&atlas_->At(adjustment.map()));
+  adjustment_.reset();
+}
+
 LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
+  FinishAdjustment();
   LocalMapPtr local_map = mapper_->InsertKeyframe(request);
   const auto centre = static_cast<size_t>(local_map->centre);
   newest_ = {local_map->map, local_map->keyframes[centre].id, request.frame};
@@ -52,7 +73,9 @@ void BackEnd::CloseLoops() {
                tie.keyframe.value, tie.place.value);
     ++closed_loops_;
   }
+  adjustment_.reset();  // it knows nothing of this correction
   mapper_->Apply(*correction);
+  StartAdjustment(correction->into);
 }
 
 }  // namespace deepuav

@@ -7,6 +7,7 @@
 #include "deepuav/features/turned_describer.h"
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
+#include "deepuav/system/pending_adjustment.h"
 
 namespace deepuav {
 
@@ -17,8 +18,14 @@ using LocalMapPtr = std::shared_ptr<const LocalMap>;
 class BackEnd {
  public:
   /// The pointers must outlive it; `loop_closer` may be null, as may `turned` and `stages`.
+  /// `adjustment_delay_keyframes`: how many keyframes after a closed loop the map is adjusted as a
+  /// whole.
   BackEnd(Atlas* atlas, Mapper* mapper, LoopCloser* loop_closer, TurnedDescriber* turned,
-          StageListener* stages);
+          int adjustment_delay_keyframes, StageListener* stages);
+
+  /// From now on global adjustments are computed beside the rest and taken over after exactly so
+  /// many keyframes, or (`as_soon_as_ready`) with the first keyframe after they are there.
+  void AdjustBeside(bool as_soon_as_ready);
 
   /// Nothing when the two views do not hold as a map.
   LocalMapPtr StartMap(const InitialMapRequest& request);
@@ -30,6 +37,9 @@ class BackEnd {
   int merged_maps() const { return merged_maps_; }
 
  private:
+  void StartAdjustment(MapId map);
+  void FinishAdjustment();
+
   Atlas* atlas_;
   Mapper* mapper_;
   LoopCloser* loop_closer_;
@@ -41,6 +51,9 @@ class BackEnd {
     Frame frame;  ///< With its image.
   };
   std::optional<Newest> newest_;
+  const int adjustment_delay_keyframes_;
+  bool adjust_beside_ = false, adjust_as_soon_as_ready_ = false;
+  std::unique_ptr<PendingAdjustment> adjustment_;
   int closed_loops_ = 0, merged_maps_ = 0;
 };
 

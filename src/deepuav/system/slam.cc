@@ -20,6 +20,8 @@ void SystemOptions::Check() const {
   CheckOption(frames_ahead >= 1, "system.frames_ahead", frames_ahead, "at least 1");
   CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
               "0 or more");
+  CheckOption(adjustment_delay_keyframes >= 1, "system.adjustment_delay_keyframes",
+              adjustment_delay_keyframes, "at least 1");
   CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
   tracking.Check();
   mapping.Check();
@@ -66,7 +68,8 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       options_(options),
       perception_(perception),
       mapper_(camera, options.mapping, &atlas_, &clock_),
-      back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned, &clock_),
+      back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
+                options.adjustment_delay_keyframes, &clock_),
       tracker_(camera, options.tracking, perception.matcher, &clock_),
       relocaliser_(camera, options.looping.relocaliser, options.tracking.locator,
                    perception.matcher, &clock_) {
@@ -100,6 +103,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     if (schedule == Schedule::kSequential) {
       mapping = std::make_unique<SequentialLane>(&back_end_);
     } else {
+      back_end_.AdjustBeside(live);
       mapping = std::make_unique<ThreadedLane>(&back_end_);
       prefetching.emplace(&sequential, live ? 1 : options_.frames_ahead);
     }

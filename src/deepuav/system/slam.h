@@ -36,6 +36,8 @@ struct SystemOptions {
   int frames_ahead = 2;  ///< Frames that may wait for the Tracker (threaded).
   int max_unlocated_frames =
       600;  ///< Frames without a pose whose features are kept to locate them at the end.
+  int adjustment_delay_keyframes =
+      5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
   bool adjust_at_end = true;  ///< Global bundle adjustment before the trajectory is finished.
   bool refine_focal = false;  ///< The camera's focal length is a guess, to be refined then.
   int max_gap_frames = 30;    ///< Unlocated frames in a row that the end tries to bridge.
@@ -51,6 +53,8 @@ struct SystemOptions {
     visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
     visit("max_unlocated_frames", max_unlocated_frames, "",
           "frames without a pose that are kept to locate at the end");
+    visit("adjustment_delay_keyframes", adjustment_delay_keyframes, "",
+          "keyframes after a closed loop until the whole map is adjusted");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
     visit("refine_focal", refine_focal, "",
           "refine the focal length in it: for calibrations that are a guess");

@@ -4,7 +4,7 @@
 
 #include "deepuav/map/atlas.h"
 #include "deepuav/system/frame_record.h"
-#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/localisation/frame_locator.h"
 
 namespace deepuav {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/localisation/frame_locator.h"
 
 namespace deepuav {
 

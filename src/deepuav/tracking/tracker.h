@@ -6,7 +6,7 @@
 #include <string>
 
 #include "deepuav/map/requests.h"
-#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/localisation/frame_locator.h"
 #include "deepuav/tracking/initialiser.h"
 #include "deepuav/tracking/keyframe_decision.h"
 #include "deepuav/tracking/motion_model.h"

@@ -1,4 +1,4 @@
-#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/localisation/frame_locator.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

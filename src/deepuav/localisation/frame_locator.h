@@ -67,6 +67,12 @@ struct LocationPrior {
   KeyframeId reference;  ///< Matched first where the prediction fails.
 };
 
+/// A pose and the landmarks that agree with it.
+struct CoarsePose {
+  SE3 cam_from_world;
+  std::vector<LocatedFrame::Seen> seen;
+};
+
 /// Finds a frame's pose in a local map: by prediction, else by matching a reference keyframe; then
 /// with all local landmarks. Thread-compatible; keeps nothing between frames but buffers.
 class FrameLocator {
@@ -79,22 +85,24 @@ class FrameLocator {
   std::optional<LocatedFrame> Locate(const Frame& frame, const LocalMap& local_map,
                                      const LocationPrior& prior, std::string* reason = nullptr);
 
+  /// The pose from matches found without knowing it, many of which may be wrong. Nothing when too
+  /// few agree.
+  std::optional<CoarsePose> LocateByMatches(const Frame& frame, const LocalMap& local_map,
+                                            const std::vector<LocatedFrame::Seen>& matches) const;
+
+  /// Matches the landmarks that `coarse` does not see yet in windows of `radius_px` around where
+  /// they are expected, and optimises the pose on all. `grid` is of the frame's features.
+  LocatedFrame Refine(const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
+                      const CoarsePose& coarse, double radius_px) const;
+
  private:
   using SeenList = std::vector<LocatedFrame::Seen>;
-  struct CoarsePose {
-    SE3 cam_from_world;
-    SeenList seen;
-  };
 
   std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid,
                                              const LocalMap& local_map,
                                              const LocationPrior& prior) const;
   std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
                                            const LocationPrior& prior);
-  std::optional<CoarsePose> MatchKeyframe(const Frame& frame, const LocalMap& local_map,
-                                          const LocalKeyframe& keyframe);
-  LocatedFrame RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid,
-                                const LocalMap& local_map, const CoarsePose& coarse) const;
   std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map,
                                        const SeenList& seen) const;
   CoarsePose OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
@@ -105,5 +113,9 @@ class FrameLocator {
   Matcher* matcher_;
   StageListener* stages_;
 };
+
+/// The landmarks that a keyframe's key points show, for matches (a: frame, b: keyframe) with it.
+std::vector<LocatedFrame::Seen> LandmarksOf(const std::vector<Match>& matches,
+                                            const LocalKeyframe& keyframe);
 
 }  // namespace deepuav

@@ -1,4 +1,4 @@
-#include "deepuav/tracking/frame_locator.h"
+#include "deepuav/localisation/frame_locator.h"
 
 #include <fmt/format.h>
 
@@ -83,18 +83,18 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
     if (reason) *reason = fmt::format("no pose from {} key points", frame.features->size());
     return std::nullopt;
   }
-  LocatedFrame located = RefineOnLocalMap(frame, grid, local_map, *coarse);
+  LocatedFrame located = Refine(frame, grid, local_map, *coarse, options_.local_radius_px);
   if (static_cast<int>(located.seen.size()) < options_.min_inliers) {
     if (reason) *reason = fmt::format("only {} landmarks agree on the pose", located.seen.size());
     return std::nullopt;
   }
-  FindReference(local_map, &located);
   return located;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(
-    const Frame& frame, const KeypointGrid& grid, const LocalMap& local_map,
-    const LocationPrior& prior) const {
+std::optional<CoarsePose> FrameLocator::FollowPrediction(const Frame& frame,
+                                                         const KeypointGrid& grid,
+                                                         const LocalMap& local_map,
+                                                         const LocationPrior& prior) const {
   if (!prior.cam_from_world) return std::nullopt;
   const StageScope stage(stages_, "match prediction");
   std::vector<ProjectionTarget> targets;
@@ -117,30 +117,27 @@ std::optional<FrameLocator::CoarsePose> FrameLocator::FollowPrediction(
   return pose;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::MatchReference(const Frame& frame,
-                                                                     const LocalMap& local_map,
-                                                                     const LocationPrior& prior) {
+std::optional<CoarsePose> FrameLocator::MatchReference(const Frame& frame,
+                                                       const LocalMap& local_map,
+                                                       const LocationPrior& prior) {
   const StageScope stage(stages_, "match reference");
   std::optional<CoarsePose> best;
   int tries = options_.reference_tries;
   for (int index : ReferenceOrder(local_map, prior.reference)) {
     if (tries-- == 0) break;
-    std::optional<CoarsePose> pose =
-        MatchKeyframe(frame, local_map, local_map.keyframes[static_cast<size_t>(index)]);
+    const LocalKeyframe& keyframe = local_map.keyframes[static_cast<size_t>(index)];
+    const SeenList seen =
+        LandmarksOf(matcher_->MatchFeatures(*frame.features, *keyframe.features), keyframe);
+    std::optional<CoarsePose> pose = LocateByMatches(frame, local_map, seen);
     if (pose && (!best || pose->seen.size() > best->seen.size())) best = std::move(pose);
     if (best && static_cast<int>(best->seen.size()) >= 2 * options_.min_inliers) break;
   }
   return best;
 }
 
-std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame& frame,
-                                                                    const LocalMap& local_map,
-                                                                    const LocalKeyframe& keyframe) {
-  SeenList seen;
-  for (const Match& match : matcher_->MatchFeatures(*frame.features, *keyframe.features)) {
-    const int landmark = keyframe.landmarks[static_cast<size_t>(match.b)];
-    if (landmark >= 0) seen.push_back({match.a, landmark});
-  }
+std::optional<CoarsePose> FrameLocator::LocateByMatches(const Frame& frame,
+                                                        const LocalMap& local_map,
+                                                        const SeenList& seen) const {
   const auto robust =
       EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen),
                            static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
@@ -152,9 +149,9 @@ std::optional<FrameLocator::CoarsePose> FrameLocator::MatchKeyframe(const Frame&
   return OptimiseOn(frame, local_map, agreeing, robust->cam_from_world);
 }
 
-LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGrid& grid,
-                                            const LocalMap& local_map,
-                                            const CoarsePose& coarse) const {
+LocatedFrame FrameLocator::Refine(const Frame& frame, const KeypointGrid& grid,
+                                  const LocalMap& local_map, const CoarsePose& coarse,
+                                  double radius_px) const {
   LocatedFrame located;
   SeenList seen = coarse.seen;
   {
@@ -171,7 +168,7 @@ LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGr
                                     options_.visibility);
       if (!px) continue;
       located.visible.push_back(static_cast<int>(i));
-      if (!known[i]) targets.push_back({*px, options_.local_radius_px, static_cast<int>(i)});
+      if (!known[i]) targets.push_back({*px, radius_px, static_cast<int>(i)});
     }
     for (const Match& match : MatchProjected(targets, local_map.descriptors, *frame.features, grid,
                                              options_.projection)) {
@@ -185,6 +182,7 @@ LocatedFrame FrameLocator::RefineOnLocalMap(const Frame& frame, const KeypointGr
   located.seen = std::move(refined.seen);
   std::sort(located.seen.begin(), located.seen.end(),
             [](const auto& a, const auto& b) { return a.keypoint < b.keypoint; });
+  FindReference(local_map, &located);
   return located;
 }
 
@@ -200,8 +198,8 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
   return observations;
 }
 
-FrameLocator::CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
-                                                  const SeenList& seen, const SE3& initial) const {
+CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
+                                    const SeenList& seen, const SE3& initial) const {
   const MotionOnlyResult result =
       OptimizePose(camera_.pinhole, Observe(frame, local_map, seen), initial, options_.motion_only);
   CoarsePose pose{result.cam_from_world, {}};
@@ -209,6 +207,16 @@ FrameLocator::CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const Loca
     if (result.inlier[i]) pose.seen.push_back(seen[i]);
   }
   return pose;
+}
+
+std::vector<LocatedFrame::Seen> LandmarksOf(const std::vector<Match>& matches,
+                                            const LocalKeyframe& keyframe) {
+  std::vector<LocatedFrame::Seen> seen;
+  for (const Match& match : matches) {
+    const int landmark = keyframe.landmarks[static_cast<size_t>(match.b)];
+    if (landmark >= 0) seen.push_back({match.a, landmark});
+  }
+  return seen;
 }
 
 }  // namespace deepuav

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "deepuav/features/superpoint_network.h"
+#include "deepuav/features/turned_describer.h"
+
+namespace deepuav {
+
+/// TurnedDescriber with a SuperPoint network, on sessions of its own, so that it can work beside
+/// the extractor in another thread.
+class SuperPointTurned : public TurnedDescriber {
+ public:
+  /// For images of this size in pixels. Throws Error for a model or a layout that does not fit.
+  SuperPointTurned(int width, int height, const std::string& model,
+                   const InferenceOptions& inference);
+
+  /// Descriptors are of the network's dimension. Throws Error for an image of another size and for
+  /// a network that gives values that are not finite.
+  TurnedDescriptors Describe(const GreyImage& image, const Features& features) override;
+
+ private:
+  const int width_, height_;  ///< px
+  SuperPointNetwork upright_, sideways_;
+  GreyImage turned_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "deepuav/localisation/frame_locator.h"
+
+namespace deepuav {
+
+struct RelocaliserOptions {
+  int neighbours = 2;            ///< Of a candidate's keyframe that are matched as well.
+  int min_matches = 15;          ///< Landmarks matched without a pose; fewer: not looked at closer.
+  double search_radius_px = 15;  ///< Search window around a landmark's pixel by the first pose.
+  int min_inliers = 30;          ///< Landmarks that agree with the pose at the end.
+  double min_inlier_ratio = 0.05;  ///< Of the landmarks expected in the view.
+  int cells_per_side = 8;          ///< Of the grid over the image that inliers are spread on.
+  int min_cells = 12;              ///< With an inlier, so that no small repeated object counts.
+  double rival_ratio = 0.6;     ///< Inliers of another place over the best's that make it a rival.
+  double rival_distance = 0.2;  ///< Over the mean distance of landmarks: another place.
+  double rival_angle_deg = 10;  ///< Likewise.
+  AbsolutePoseOptions absolute_pose{.max_iterations = 2000};  ///< Of matches found without a pose.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("neighbours", neighbours, "", "neighbours of a candidate that are matched as well");
+    visit("min_matches", min_matches, "", "landmarks matched without a pose, at least");
+    visit("search_radius_px", search_radius_px, "px",
+          "search window around a landmark's pixel by the first pose");
+    visit("min_inliers", min_inliers, "", "landmarks that agree with the pose, at least");
+    visit("min_inlier_ratio", min_inlier_ratio, "",
+          "landmarks that agree over those expected in the view, at least");
+    visit("cells_per_side", cells_per_side, "", "of the grid that inliers are spread on");
+    visit("min_cells", min_cells, "", "cells of the grid with an inlier, at least");
+    visit("rival_ratio", rival_ratio, "",
+          "inliers of a pose elsewhere over the best's from which neither counts");
+    visit("rival_distance", rival_distance, "",
+          "between poses that contradict each other, over the mean distance of landmarks");
+    visit("rival_angle_deg", rival_angle_deg, "deg", "between poses that contradict each other");
+  }
+};
+
+/// What speaks for a pose found without a prediction.
+struct LocationEvidence {
+  int matches = 0;   ///< Landmarks matched without a pose.
+  int agreeing = 0;  ///< Of these, with the first pose.
+  int inliers = 0;   ///< Landmarks agreeing with the pose at the end.
+  int visible = 0;   ///< Landmarks expected in the view.
+  int cells = 0;     ///< With an inlier.
+
+  double InlierRatio() const { return visible > 0 ? double(inliers) / visible : 0; }
+};
+
+/// Finds a frame in maps without knowing where it is. A wrong pose is worse than none: one counts
+/// only if enough landmarks agree, they are a good share of those that the frame should see and lie
+/// all over its image, and no other place explains the frame nearly as well. Thread-compatible.
+class Relocaliser {
+ public:
+  struct Found {
+    int candidate = 0;      ///< Index into the candidates.
+    int quarter_turns = 0;  ///< Clockwise, of the descriptors that the pose was found with.
+    LocatedFrame located;
+    LocationEvidence evidence;
+  };
+
+  /// `matcher` and `stages` (may be null) must outlive it. `locator` is used but for its robust
+  /// pose.
+  Relocaliser(const Camera& camera, const RelocaliserOptions& options,
+              const LocatorOptions& locator, Matcher* matcher, StageListener* stages);
+
+  /// `candidates`: the surroundings of keyframes (LocalMap::centre) that look like the frame.
+  /// `turned`: the frame's descriptors on the image turned clockwise by 90, 180 and 270 degrees, or
+  /// empty. Nothing when no pose is sure; `reason` (if given) then says why. Throws Error for
+  /// another number of turned descriptors.
+  std::optional<Found> Relocalise(const Frame& frame, std::span<const Descriptors> turned,
+                                  std::span<const std::shared_ptr<const LocalMap>> candidates,
+                                  std::string* reason = nullptr);
+
+  /// The best pose of one candidate, sure or not. Nothing where not even a first pose is found.
+  std::optional<Found> LocateIn(const Frame& frame, std::span<const Descriptors> turned,
+                                const LocalMap& candidate);
+
+  /// Whether this is enough for a pose to count.
+  bool IsSure(const LocationEvidence& evidence) const;
+
+ private:
+  /// The frame as it looks with its image turned.
+  struct View {
+    int quarter_turns = 0;
+    Frame frame;
+  };
+  /// A view matched without a pose, and the pose that came of it, if any.
+  struct Trial {
+    const View* view = nullptr;
+    std::vector<LocatedFrame::Seen> matches;
+    std::optional<CoarsePose> pose;
+
+    size_t Agreeing() const { return pose ? pose->seen.size() : 0; }
+  };
+
+  std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned) const;
+  std::optional<Found> LocateViews(const std::vector<View>& views, const KeypointGrid& grid,
+                                   const LocalMap& candidate);
+  Trial MatchCentre(const View& view, const LocalMap& candidate);
+  void MatchNeighbours(const LocalMap& candidate, Trial* trial);
+  int CellCount(const Frame& frame, const LocatedFrame& located) const;
+  bool Contradict(const Found& a, const Found& b,
+                  std::span<const std::shared_ptr<const LocalMap>> candidates) const;
+
+  const Camera camera_;
+  const RelocaliserOptions options_;
+  const double local_radius_px_;
+  const FrameLocator locator_;
+  Matcher* matcher_;
+  StageListener* stages_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,61 @@
+#include "deepuav/mapping/global_adjustment.h"
+
+#include <map>
+#include <set>
+
+#include "deepuav/mapping/correction.h"
+
+namespace deepuav {
+namespace {
+
+std::vector<KeyframeId> AllKeyframes(const Map& map) {
+  std::vector<KeyframeId> all;
+  map.keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
+  return all;
+}
+
+void DropOutliers(const BundleReport& report, BundleProblem* problem) {
+  std::vector<BundleObservation> kept;
+  for (size_t i = 0; i < problem->observations.size(); ++i) {
+    if (!report.outlier[i]) kept.push_back(problem->observations[i]);
+  }
+  problem->observations = std::move(kept);
+}
+
+}  // namespace
+
+GlobalAdjustment::GlobalAdjustment(const Map& map, const Pinhole& pinhole,
+                                   const BundleOptions& options)
+    : map_(map.id()),
+      options_(options),
+      window_(MakeBundleWindow(map, AllKeyframes(map), pinhole)),
+      before_(window_.problem.cam_from_world) {}
+
+void GlobalAdjustment::Compute(const std::function<bool()>& stop) {
+  const BundleReport report = AdjustBundle(&window_.problem, options_, stop);
+  if (stop && stop()) return;
+  DropOutliers(report, &window_.problem);
+  AdjustBundle(&window_.problem, options_, stop);
+}
+
+void GlobalAdjustment::Apply(Map* map) const {
+  std::map<KeyframeId, Sim3> moves;
+  for (size_t k = 0; k < window_.keyframes.size(); ++k) {
+    const SE3 new_from_old = window_.problem.cam_from_world[k].Inverse() * before_[k];
+    moves[window_.keyframes[k]] = Sim3(new_from_old);
+  }
+  std::vector<KeyframeMove> keyframe_moves;
+  map->keyframes().ForEach([&](const Keyframe& keyframe) {
+    KeyframeId known = keyframe.id;
+    while (!moves.contains(known) && map->At(known).parent.valid()) known = map->At(known).parent;
+    const auto move = moves.find(known);
+    if (move != moves.end()) keyframe_moves.push_back({keyframe.id, move->second});
+  });
+  MoveKeyframes(keyframe_moves, map);
+  for (size_t l = 0; l < window_.landmarks.size(); ++l) {
+    if (map->Contains(window_.landmarks[l]))
+      map->SetPosition(window_.landmarks[l], window_.problem.landmarks_world[l]);
+  }
+}
+
+}  // namespace deepuav
