@@ -13,5 +13,9 @@ struct ExitStatus {
 // with one line on stderr and status 1.
 void AddRunCommand(CLI::App& app);
 void AddEvalCommand(CLI::App& app);
+void AddSimulateCommand(CLI::App& app);
+void AddReportCommand(CLI::App& app);
+void AddMapCommand(CLI::App& app);
+void AddTrainVocabCommand(CLI::App& app);
 
 }  // namespace deepuav

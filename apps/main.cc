@@ -32,6 +32,10 @@ int main(int argc, char** argv) {
   app.failure_message(WrongUseMessage);
   deepuav::AddRunCommand(app);
   deepuav::AddEvalCommand(app);
+  deepuav::AddSimulateCommand(app);
+  deepuav::AddReportCommand(app);
+  deepuav::AddMapCommand(app);
+  deepuav::AddTrainVocabCommand(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -1,5 +1,5 @@
+#include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -9,12 +9,11 @@
 #include "dataset_images.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/features/superpoint.h"
 #include "deepuav/io/atomic_file.h"
-#include "deepuav/io/options_file.h"
-#include "deepuav/matching/nearest_neighbour.h"
-#include "deepuav/matching/superglue.h"
+#include "deepuav/io/map_file.h"
+#include "deepuav/io/map_origin.h"
 #include "progress_bar.h"
+#include "run_options.h"
 #include "run_output.h"
 
 namespace deepuav {
@@ -31,89 +30,11 @@ void RememberSignal(int signal) {
 
 /// What the command line says.
 struct RunArguments {
-  std::string dataset, out, config, camera, schedule = "threaded", log_level = "info";
+  std::string dataset, out, config, camera, map, schedule = "threaded", log_level = "info";
+  bool localise_only = false;
   std::vector<std::string> assignments;
   FrameRange range;
 };
-
-/// Which matcher finds the key points of one image in another without knowing their poses.
-struct MatcherChoice {
-  std::string method = "nearest";
-
-  void Check() const {
-    if (method != "nearest" && method != "superglue") {
-      throw Error("option matching.method is '{}': expected nearest or superglue", method);
-    }
-  }
-  template <typename Visitor>
-  void Visit(Visitor&& visit) {
-    visit("method", method, "",
-          "nearest (neighbours in descriptor space) or superglue (a network)");
-  }
-};
-
-/// All options of a run.
-struct RunOptions {
-  SuperPointOptions features;
-  InferenceOptions inference;
-  MatcherChoice matcher;
-  NearestNeighbourOptions matching;
-  SuperGlueOptions superglue;
-  SystemOptions system;
-
-  void Check() const {
-    features.Check();
-    inference.Check();
-    matcher.Check();
-    if (matcher.method == "superglue") {
-      superglue.Check();
-    } else {
-      matching.Check();
-    }
-    system.Check();
-  }
-
-  void Register(OptionRegistry* registry) {
-    registry->Add("features", &features);
-    registry->Add("inference", &inference);
-    registry->Add("matching", &matcher);
-    registry->Add("matching", &matching);
-    registry->Add("superglue", &superglue);
-    RegisterOptions(&system, registry);
-  }
-};
-
-std::string DefaultCacheFolder() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/deepuav";
-  if (const char* home = std::getenv("HOME")) return std::string(home) + "/.cache/deepuav";
-  return "";
-}
-
-/// Options that are unknown or impossible are wrong use.
-void ReadOptions(const RunArguments& arguments, RunOptions* options, OptionRegistry* registry) try {
-  options->Register(registry);
-  registry->Set("features.model", DEEPUAV_MODELS "/superpoint_small.onnx");
-  registry->Set("inference.cache_dir", DefaultCacheFolder());
-  if (!arguments.config.empty()) LoadOptionsFile(arguments.config, registry);
-  for (const std::string& assignment : arguments.assignments) registry->SetAssignment(assignment);
-  options->Check();
-} catch (const Error& error) {
-  throw CLI::ValidationError(error.what());
-}
-
-std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
-  std::map<std::string, std::string> texts;
-  for (const auto& [name, entry] : registry.entries()) texts[name] = entry.get();
-  return texts;
-}
-
-std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera) {
-  if (options.matcher.method == "superglue") {
-    return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue,
-                                              options.inference);
-  }
-  return std::make_unique<NearestNeighbourMatcher>(options.matching);
-}
 
 /// Throws Error when no file can be made in it.
 void MakeOutputFolder(const std::filesystem::path& folder) {
@@ -124,33 +45,74 @@ void MakeOutputFolder(const std::filesystem::path& folder) {
   const AtomicFile probe(folder / "summary.json");
 }
 
+/// Throws Error where the images were not taken with the maps' camera.
+LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions* options) {
+  LoadedAtlas loaded = ReadMapFile(file);
+  const Camera& here = dataset.camera();
+  const Camera& there = loaded.camera;
+  if (here.width != there.width || here.height != there.height) {
+    throw Error("{}: its camera has {} x {} px: expected {} x {} as the images", file, there.width,
+                there.height, here.width, here.height);
+  }
+  if (dataset.CalibrationIsApproximate()) {
+    options->system.refine_focal = false;  // the map's is better known
+    return loaded;
+  }
+  constexpr double kSameFocal = 0.01;
+  const bool same = there.lens == here.lens &&
+                    std::abs(there.pinhole.fx / here.pinhole.fx - 1) < kSameFocal;
+  if (!same) {
+    throw Error("{}: its camera has a focal length of {:.1f} px: expected {:.1f} px as the dataset",
+                file, there.pinhole.fx, here.pinhole.fx);
+  }
+  return loaded;
+}
+
+void CheckNetwork(const std::string& file, const MapOrigin& origin, const Eyes& eyes) {
+  if (origin.features == eyes.extractor().Description()) return;
+  Log().warn("{}: made with {}, continued with {}: places may not be recognised", file,
+             origin.features, eyes.extractor().Description());
+}
+
 void Run(const RunArguments& arguments) {
   const Stopwatch since_start;
   LogToStderr(arguments.log_level);
   RunOptions options;
   OptionRegistry registry;
-  ReadOptions(arguments, &options, &registry);
+  ReadOptions(arguments.config, arguments.assignments, &options, &registry);
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
-  SuperPoint extractor(dataset->camera(), options.features, options.inference);
-  const std::unique_ptr<Matcher> matcher = MakeMatcher(options, dataset->camera());
-  Slam slam(dataset->camera(), options.system, &extractor, matcher.get());
+  options.system.localise_only |= arguments.localise_only;
+  if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
+  std::optional<LoadedAtlas> loaded;
+  if (!arguments.map.empty()) loaded = LoadMaps(arguments.map, *dataset, &options);
+  const Camera& camera = loaded ? loaded->camera : dataset->camera();
+  Eyes eyes(camera, options);
+  Slam slam(camera, options.system, eyes.perception());
+  std::map<KeyframeId, std::string> image_names;
+  if (loaded) {
+    CheckNetwork(arguments.map, loaded->origin, eyes);
+    image_names = loaded->origin.image_names;
+    slam.Load(std::move(loaded->atlas));
+  }
 
   std::signal(SIGINT, RememberSignal);
   std::signal(SIGTERM, RememberSignal);
   RunFacts facts{arguments.dataset,
                  dataset->Kind(),
                  arguments.schedule,
-                 extractor.Description(),
-                 matcher->Description(),
+                 eyes.extractor().Description(),
+                 eyes.matcher().Description(),
+                 eyes.VocabularyDescription(),
                  images.count(),
                  0,
                  0,
                  0,
-                 OptionTexts(registry)};
+                 OptionTexts(registry),
+                 std::move(image_names)};
   std::optional<ProgressBar> bar(images.count());
   const auto show_progress = [&](const FrameRecord& record) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
@@ -163,13 +125,14 @@ void Run(const RunArguments& arguments) {
   bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
-  WriteRunOutput(arguments.out, slam.atlas(), dataset->camera(), result, facts);
+  NameImages(slam.atlas(), *dataset, &facts.image_names);
+  WriteRunOutput(arguments.out, slam.atlas(), slam.camera(), result, facts);
   std::cout << DescribeRun(slam.atlas(), result, facts);
   if (!result.failure.empty())
     throw Error("{} (what was computed is in {})", result.failure, arguments.out);
   if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};
   if (result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
-  if (slam.atlas().maps().empty()) {
+  if (slam.atlas().Remaining().empty()) {
     throw Error("{}: no map was started: {}", arguments.dataset, result.frames.back().reason);
   }
 }
@@ -183,6 +146,12 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
       ->allow_extra_args(false);
   command.add_option("--camera", arguments.camera,
                      "Calibration (camera.yaml) that overrides the dataset's");
+  command.add_option("--map", arguments.map,
+                     "Go on with the maps of an earlier run (its map.deepuav)");
+  command
+      .add_flag("--localise-only", arguments.localise_only,
+                "Find the frames in these maps and leave them as they are")
+      ->needs("--map");
   command.add_option("--start", arguments.range.start, "First frame, from 0")
       ->check(CLI::Range(0, kMaxFrame).description(""))
       ->capture_default_str();

@@ -4,10 +4,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/map_export.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/point_cloud.h"
 #include "deepuav/io/trajectory.h"
@@ -17,18 +19,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<int> FramesByMap(const Atlas& atlas, const SlamResult& result) {
-  std::vector<int> frames(atlas.maps().size(), 0);
+using FrameCounts = std::map<MapId, int>;
+
+/// Has an entry for every map of the atlas.
+FrameCounts FramesByMap(const Atlas& atlas, const SlamResult& result) {
+  FrameCounts frames;
+  for (MapId map : atlas.Remaining()) frames[map] = 0;
   for (const FrameRecord& record : result.frames) {
-    if (record.located()) ++frames[static_cast<size_t>(record.map.value)];
+    if (record.located()) ++frames[record.map];
   }
   return frames;
 }
 
 /// The map in which most frames lie, the first of equals; invalid where there is none.
-MapId MainMap(const std::vector<int>& frames_by_map) {
+MapId MainMap(const FrameCounts& frames_by_map) {
   if (frames_by_map.empty()) return {};
-  return {std::max_element(frames_by_map.begin(), frames_by_map.end()) - frames_by_map.begin()};
+  return std::max_element(frames_by_map.begin(), frames_by_map.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
 Trajectory FrameTrajectory(const SlamResult& result, MapId map) {
@@ -38,25 +46,6 @@ Trajectory FrameTrajectory(const SlamResult& result, MapId map) {
       trajectory.push_back({record.time, record.cam_from_world.Inverse()});
   }
   return trajectory;
-}
-
-Trajectory KeyframeTrajectory(const Map& map) {
-  Trajectory trajectory;
-  map.keyframes().ForEach([&](const Keyframe& keyframe) {
-    trajectory.push_back({keyframe.frame.time, keyframe.cam_from_world.Inverse()});
-  });
-  std::sort(trajectory.begin(), trajectory.end(),
-            [](const auto& a, const auto& b) { return a.time < b.time; });
-  return trajectory;
-}
-
-std::vector<ColoredPoint> Points(const Map& map) {
-  constexpr uint8_t kGrey = 180;
-  std::vector<ColoredPoint> points;
-  map.landmarks().ForEach([&](const Landmark& landmark) {
-    points.push_back(ColoredPoint::Grey(landmark.position_world, kGrey));
-  });
-  return points;
 }
 
 double Quantile(std::vector<double> values, double quantile) {
@@ -102,16 +91,17 @@ int CountTrackedOnline(const SlamResult& result) {
 }
 
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
-  const std::vector<int> frames = FramesByMap(atlas, result);
+  const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
-  for (const Map& map : atlas.maps()) {
-    maps.push_back({{"id", map.id().value},
+  int located = 0;
+  for (const auto& [id, count] : frames) {
+    const Map& map = atlas.At(id);
+    maps.push_back({{"id", id.value},
                     {"keyframes", map.KeyframeCount()},
                     {"landmarks", map.LandmarkCount()},
-                    {"frames", frames[static_cast<size_t>(map.id().value)]}});
+                    {"frames", count}});
+    located += count;
   }
-  int located = 0;
-  for (int count : frames) located += count;
   const auto processed = static_cast<int>(result.frames.size());
   return {{"version", DEEPUAV_VERSION},
           {"dataset", {{"path", facts.dataset_path}, {"kind", facts.dataset_kind}}},
@@ -129,6 +119,10 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
           {"maps", maps},
           {"features", facts.features},
           {"matcher", facts.matcher},
+          {"vocabulary", facts.vocabulary},
+          {"relocalisations", result.relocalisations},
+          {"closed_loops", result.closed_loops},
+          {"merged_maps", result.merged_maps},
           {"wall_s", facts.wall_s},
           {"start_up_s", facts.start_up_s},
           {"peak_resident_mb", PeakResidentMb()},
@@ -172,25 +166,25 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   WriteTrajectory(folder / "keyframes.txt",
                   main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
   RemoveMapTrajectories(folder);
-  for (const Map& map : atlas.maps()) {
-    if (map.id() == main) continue;
-    WriteTrajectory(folder / MapTrajectoryName(map.id().value), FrameTrajectory(result, map.id()));
+  for (MapId map : atlas.Remaining()) {
+    if (map == main) continue;
+    WriteTrajectory(folder / MapTrajectoryName(map.value), FrameTrajectory(result, map));
   }
   WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
   WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
   // The large ones last: on a full disk the others are there.
   WritePly(folder / "points.ply",
-           main.valid() ? Points(atlas.At(main)) : std::vector<ColoredPoint>{});
-  WriteMapFile(folder / "map.deepuav", atlas, camera);
+           main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColoredPoint>{});
+  WriteMapFile(folder / "map.deepuav", atlas, camera,
+               {DEEPUAV_VERSION, facts.features, facts.matcher, facts.image_names});
 }
 
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
-  const std::vector<int> frames = FramesByMap(atlas, result);
   std::string text;
-  for (const Map& map : atlas.maps()) {
-    text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", map.id().value,
-                        frames[static_cast<size_t>(map.id().value)], result.frames.size(),
-                        map.KeyframeCount(), map.LandmarkCount());
+  for (const auto& [id, count] : FramesByMap(atlas, result)) {
+    const Map& map = atlas.At(id);
+    text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", id.value, count,
+                        result.frames.size(), map.KeyframeCount(), map.LandmarkCount());
   }
   text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n",
                       result.frames.size(), facts.wall_s,

@@ -11,12 +11,13 @@ namespace deepuav {
 
 /// What a run's summary tells besides its result.
 struct RunFacts {
-  std::string dataset_path, dataset_kind, schedule, features, matcher;
+  std::string dataset_path, dataset_kind, schedule, features, matcher, vocabulary;
   int images = 0;      ///< Asked for.
   int unreadable = 0;  ///< Left out because they could not be read.
   double wall_s = 0;
   double start_up_s = 0;  ///< From the start of the program to the first frame's features.
   std::map<std::string, std::string> options;
+  std::map<KeyframeId, std::string> image_names;
 };
 
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,

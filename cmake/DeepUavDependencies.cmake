@@ -8,10 +8,13 @@ if(NOT TARGET yaml-cpp::yaml-cpp)  # Until 0.8 the target has no namespace.
   add_library(yaml-cpp::yaml-cpp ALIAS yaml-cpp)
 endif()
 find_package(nlohmann_json REQUIRED)
+find_package(pugixml REQUIRED)
+find_package(Boost 1.74 REQUIRED)
 find_package(CLI11 REQUIRED)
 if(DEEPUAV_BENCH)
   find_package(Ceres 2.1 QUIET)  # Only to compare the bundle adjustment with.
 endif()
+find_package(embree 3.13 REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(GTest REQUIRED)
 find_package(PkgConfig REQUIRED)
@@ -26,3 +29,21 @@ if(NOT EXISTS ${DEEPUAV_OPENVINO}/cmake/OpenVINOConfig.cmake)
 endif()
 find_package(OpenVINO REQUIRED COMPONENTS Runtime PATHS ${DEEPUAV_OPENVINO}/cmake NO_DEFAULT_PATH)
 include(GoogleTest)
+
+# What the report's page draws with: Debian's libjs-three and libjs-chart.js.
+set(DEEPUAV_JAVASCRIPT /usr/share/javascript CACHE PATH "Folder of JavaScript libraries: three and chart.js")
+set(DEEPUAV_PAGE_LIBRARIES
+  ${DEEPUAV_JAVASCRIPT}/three/three.min.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/controls/OrbitControls.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/lines/LineSegmentsGeometry.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/lines/LineGeometry.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/lines/LineMaterial.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/lines/LineSegments2.js
+  ${DEEPUAV_JAVASCRIPT}/three/examples/js/lines/Line2.js
+  ${DEEPUAV_JAVASCRIPT}/chart.js/chart.min.js)
+foreach(library ${DEEPUAV_PAGE_LIBRARIES})
+  if(NOT EXISTS ${library})
+    message(FATAL_ERROR "No ${library}: install libjs-three and libjs-chart.js (scripts/setup.sh does), or name the folder "
+      "that holds three/ and chart.js/ by -DDEEPUAV_JAVASCRIPT=")
+  endif()
+endforeach()

@@ -31,3 +31,16 @@ function(deepuav_module NAME)
     endif()
   endif()
 endfunction()
+
+# deepuav_embed_files(TARGET HEADER function FILES...): the files as strings, found by their names with the function that
+# HEADER declares.
+function(deepuav_embed_files TARGET HEADER FUNCTION)
+  string(REPLACE ";" "|" files "${ARGN}")
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${FUNCTION}.cc)
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DHEADER=${HEADER} -DFUNCTION=${FUNCTION} "-DFILES=${files}"
+            -P ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake
+    DEPENDS ${ARGN} ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake
+    VERBATIM)
+  target_sources(${TARGET} PRIVATE ${output})
+endfunction()

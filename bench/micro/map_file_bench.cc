@@ -63,7 +63,7 @@ class MapFileBench : public benchmark::Fixture {
   void SetUp(const benchmark::State&) override {
     atlas_ = LargeAtlas();
     file_ = std::filesystem::temp_directory_path() / "deepuav_map_file_bench.deepuav";
-    WriteMapFile(file_, atlas_, BenchCamera());
+    WriteMapFile(file_, atlas_, BenchCamera(), {});
   }
   void TearDown(const benchmark::State&) override { std::filesystem::remove(file_); }
 
@@ -79,7 +79,7 @@ class MapFileBench : public benchmark::Fixture {
 };
 
 BENCHMARK_DEFINE_F(MapFileBench, Write)(benchmark::State& state) {
-  for (auto _ : state) WriteMapFile(file_, atlas_, BenchCamera());
+  for (auto _ : state) WriteMapFile(file_, atlas_, BenchCamera(), {});
   CountBytes(&state);
 }
 

@@ -31,7 +31,7 @@
 #include "deepuav/geometry/alignment.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/matching/nearest_neighbour.h"
-#include "deepuav/tracking/relocaliser.h"
+#include "deepuav/localisation/relocaliser.h"
 
 namespace deepuav {
 namespace {

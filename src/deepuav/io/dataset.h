@@ -31,6 +31,11 @@ class Dataset {
   virtual Timestamp Time(int frame) const = 0;
   /// The file, or the file and the frame's number for a video: for messages.
   virtual std::string Name(int frame) const = 0;
+  /// The name of the image's file without its folders; for a video the name that a file of the
+  /// frame would have: the video's, the frame's number from 0 with six digits, ".png".
+  virtual std::string ImageName(int frame) const {
+    return std::filesystem::path(Name(frame)).filename().string();
+  }
   /// Throws Error naming the file when the frame cannot be read or has not the camera's size; the
   /// next can still be.
   virtual GreyImage Load(int frame) = 0;

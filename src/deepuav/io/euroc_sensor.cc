@@ -21,7 +21,7 @@ std::vector<double> ReadCounted(const YamlMap& yaml, const std::string& key, siz
   return numbers;
 }
 
-SE3 ReadBodyFromCam(const YamlMap& yaml) {
+SE3 BodyFromSensor(const YamlMap& yaml) {
   const YamlMap matrix = yaml.Map("T_BS");
   const std::vector<double> data = ReadCounted(matrix, "data", 16, "16, a 4x4 matrix by rows");
   const std::string where = matrix.Where("data");
@@ -50,6 +50,10 @@ LensModel ReadLens(const YamlMap& yaml) {
 
 }  // namespace
 
+SE3 ReadEurocBodyFromSensor(const std::filesystem::path& file) {
+  return BodyFromSensor(YamlMap::Read(file));
+}
+
 EurocSensor ReadEurocSensor(const std::filesystem::path& file) {
   const YamlMap yaml = YamlMap::Read(file);
   const std::string model = yaml.Text("camera_model");
@@ -58,7 +62,7 @@ EurocSensor ReadEurocSensor(const std::filesystem::path& file) {
                 Quoted(model));
   }
   EurocSensor sensor;
-  sensor.body_from_cam = ReadBodyFromCam(yaml);
+  sensor.body_from_cam = BodyFromSensor(yaml);
   const std::vector<double> resolution = ReadCounted(yaml, "resolution", 2, "2 (width, height)");
   sensor.camera.width = ReadSide(yaml, resolution[0]);
   sensor.camera.height = ReadSide(yaml, resolution[1]);

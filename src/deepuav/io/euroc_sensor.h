@@ -16,4 +16,7 @@ struct EurocSensor {
 /// Throws Error naming file, line and field, what was found and what was expected.
 EurocSensor ReadEurocSensor(const std::filesystem::path& file);
 
+/// The T_BS of any sensor's sensor.yaml. Throws as above.
+SE3 ReadEurocBodyFromSensor(const std::filesystem::path& file);
+
 }  // namespace deepuav

@@ -12,7 +12,7 @@ namespace deepuav {
 namespace {
 
 constexpr std::string_view kMagic = "\x89UAVMAP\n";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr SectionKind kAtlas = {'A', 'T', 'L', 'S'};
 constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
 constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
@@ -29,9 +29,10 @@ class AtlasReader {
     head_ = GetAtlasHead(sections_.Read(kAtlas));
     LoadedAtlas loaded;
     loaded.camera = head_.camera;
+    loaded.origin = {head_.program, head_.features, head_.matcher, {}};
     loaded.atlas.ids() = head_.ids;
     for (uint64_t i = 0; i < head_.maps; ++i) {
-      MapState state = ReadMap();
+      MapState state = ReadMap(&loaded.origin.image_names);
       if (state.id != loaded.atlas.NextMap()) {
         throw Error("map {}: expected map {}", state.id.value, loaded.atlas.NextMap().value);
       }
@@ -45,9 +46,12 @@ class AtlasReader {
     return loaded;
   }
 
+  /// After Read().
+  MapFileFacts Facts() const { return {kVersion, sections_.position(), sections_.tallies()}; }
+
  private:
-  MapState ReadMap() {
-    MapState state = GetMap(sections_.Read(kMap));
+  MapState ReadMap(std::map<KeyframeId, std::string>* image_names) {
+    MapState state = GetMap(sections_.Read(kMap), image_names);
     for (Keyframe& keyframe : state.keyframes) {
       keyframe.frame.features =
           std::make_shared<const Features>(GetFeatures(keyframe.id, sections_.Read(kFeatures)));
@@ -119,17 +123,21 @@ class AtlasReader {
 
 }  // namespace
 
-void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera) {
+void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,
+                  const MapOrigin& origin) {
   SectionWriter sections(file, kMagic, kVersion);
   ByteWriter bytes;
   const auto write = [&](const SectionKind& kind) {
     sections.Write(kind, bytes.bytes());
     bytes.Clear();
   };
-  PutAtlasHead({camera, atlas.ids(), atlas.maps().size()}, &bytes);
+  const std::vector<MapId> maps = atlas.Remaining();
+  PutAtlasHead({camera, atlas.ids(), maps.size(), origin.program, origin.features, origin.matcher},
+               &bytes);
   write(kAtlas);
-  for (const Map& map : atlas.maps()) {
-    PutMap(map, &bytes);
+  for (size_t i = 0; i < maps.size(); ++i) {
+    const Map& map = atlas.At(maps[i]);
+    PutMap(map, {static_cast<int64_t>(i)}, origin.image_names, &bytes);
     write(kMap);
     map.keyframes().ForEach([&](const Keyframe& keyframe) {
       PutFeatures(keyframe.id, keyframe.features(), &bytes);
@@ -139,9 +147,12 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
   sections.Commit();
 }
 
-LoadedAtlas ReadMapFile(const std::filesystem::path& file) {
+LoadedAtlas ReadMapFile(const std::filesystem::path& file, MapFileFacts* facts) {
   try {
-    return AtlasReader(file).Read();
+    AtlasReader reader(file);
+    LoadedAtlas loaded = reader.Read();
+    if (facts) *facts = reader.Facts();
+    return loaded;
   } catch (const Error& error) {
     throw Error("{}: {}", file.string(), error.what());
   }

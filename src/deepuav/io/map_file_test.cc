@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr std::string_view kMagic = "\x89UAVMAP\n";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr size_t kHeaderBytes = 12, kHeadBytes = 24, kDigestBytes = 32;
 
 struct Section {
@@ -53,7 +53,7 @@ std::string Sealed(const std::vector<Section>& sections) {
 class MapFileTest : public ::testing::Test {
  protected:
   std::string WriteAtlas(const Atlas& atlas) {
-    WriteMapFile(file_, atlas, TestMapCamera());
+    WriteMapFile(file_, atlas, TestMapCamera(), TestMapOrigin());
     return ReadAll(file_);
   }
   std::string SmallFile() { return WriteAtlas(TestAtlas(7, 6, 4, 1)); }
@@ -107,10 +107,62 @@ TEST_F(MapFileTest, ReloadsToTheBit) {
   EXPECT_EQ(loaded.camera.rate_hz, expected.rate_hz);
 }
 
+TEST_F(MapFileTest, KeepsScalesAndLoops) {
+  const Atlas atlas = TestAtlas(20, 30, 64, 1);
+  const Map& map = atlas.At(MapId{0});
+  ASSERT_EQ(map.At(KeyframeId{4}).scale, 0.75);
+  ASSERT_EQ(map.culled().at(KeyframeId{2}).scale, 1.25);
+  ASSERT_TRUE(map.At(KeyframeId{4}).loops.contains(KeyframeId{1}));
+  WriteAtlas(atlas);
+  ExpectSameAtlas(atlas, ReadMapFile(file_).atlas);
+}
+
+TEST_F(MapFileTest, TellsWhereItComesFrom) {
+  SmallFile();
+  const MapOrigin origin = ReadMapFile(file_).origin, expected = TestMapOrigin();
+  EXPECT_EQ(origin.program, expected.program);
+  EXPECT_EQ(origin.features, expected.features);
+  EXPECT_EQ(origin.matcher, expected.matcher);
+  EXPECT_EQ(origin.image_names, expected.image_names);
+}
+
+/// A run names its new keyframes; those that were culled since are not saved.
+TEST_F(MapFileTest, NamesOfKeyframesThatAreGoneAreLeftOut) {
+  MapOrigin origin = TestMapOrigin();
+  origin.image_names[KeyframeId{2}] = "culled.png";
+  origin.image_names[KeyframeId{1000}] = "never.png";
+  WriteMapFile(file_, TestAtlas(7, 6, 4, 1), TestMapCamera(), origin);
+  EXPECT_EQ(ReadMapFile(file_).origin.image_names, TestMapOrigin().image_names);
+}
+
+/// All bytes of the file are in a section or the header.
+TEST_F(MapFileTest, CountsTheSections) {
+  const std::string bytes = SmallFile();
+  MapFileFacts facts;
+  const LoadedAtlas loaded = ReadMapFile(file_, &facts);
+  EXPECT_EQ(facts.version, kVersion);
+  EXPECT_EQ(facts.bytes, bytes.size());
+  uint64_t keyframes = 0, counted = kHeaderBytes;
+  for (const MapId id : loaded.atlas.Remaining())
+    keyframes += static_cast<uint64_t>(loaded.atlas.At(id).KeyframeCount());
+  EXPECT_EQ(facts.sections["ATLS"].count, 1u);
+  EXPECT_EQ(facts.sections["MAP "].count, 3u);
+  EXPECT_EQ(facts.sections["FEAT"].count, keyframes);
+  EXPECT_EQ(facts.sections["END "].count, 1u);
+  EXPECT_EQ(facts.sections["END "].content_bytes, 0u);
+  for (const auto& [kind, tally] : facts.sections) counted += tally.file_bytes;
+  EXPECT_EQ(counted, bytes.size());
+  uint64_t content = 0;
+  for (const Section& section : Sections(bytes)) content += section.content.size();
+  uint64_t tallied = 0;
+  for (const auto& [kind, tally] : facts.sections) tallied += tally.content_bytes;
+  EXPECT_EQ(tallied, content);
+}
+
 TEST_F(MapFileTest, SavingAgainGivesTheSameBytes) {
   const std::string bytes = SmallFile();
   const LoadedAtlas loaded = ReadMapFile(file_);
-  WriteMapFile(file_, loaded.atlas, loaded.camera);
+  WriteMapFile(file_, loaded.atlas, loaded.camera, loaded.origin);
   EXPECT_EQ(ReadAll(file_), bytes);
 }
 
@@ -135,7 +187,7 @@ TEST_F(MapFileTest, GoesOnAfterReloading) {
 
 TEST_F(MapFileTest, AnEmptyAtlas) {
   WriteAtlas(Atlas());
-  EXPECT_TRUE(ReadMapFile(file_).atlas.maps().empty());
+  EXPECT_TRUE(ReadMapFile(file_).atlas.Remaining().empty());
 }
 
 TEST_F(MapFileTest, EveryTruncationIsRefused) {
@@ -160,10 +212,11 @@ TEST_F(MapFileTest, EveryFlippedBitIsRefused) {
 }
 
 TEST_F(MapFileTest, ForeignAndNewerFilesAreNamed) {
-  EXPECT_THAT(ErrorOfBytes("ply\nformat ascii 1.0\n"), HasSubstr("begins with 'ply"));
+  EXPECT_THAT(ErrorOfBytes("ply\nformat ascii 1.0\n"),
+              HasSubstr("begins with 'ply\\x0aform': expected '\\x89UAVMAP\\x0a'"));
   std::string bytes = SmallFile();
   bytes[kMagic.size()] = kVersion + 1;
-  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 2, of a newer program: expected 1"));
+  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 3, of a newer program: expected 2"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path()); }), HasSubstr("expected a file"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path() / "none.deepuav"); }),
               HasSubstr("none.deepuav"));
@@ -213,18 +266,30 @@ TEST_F(MapFileTest, LyingIdsAreRefused) {
     return ErrorOf([&] { ReadSections(changed); });
   };
   ASSERT_EQ(std::string_view(sections[1].kind.data(), 4), "MAP ");
-  constexpr size_t kFirstKeyframe = 16, kKeyframeBytes = 88, kParent = 24, kRotation = 32;
-  const size_t second = kFirstKeyframe + kKeyframeBytes;
+  constexpr size_t kFirstKeyframe = 16, kKeyframeBytes = 104, kParent = 24, kRotation = 32;
+  constexpr size_t kScale = 88, kLoops = 96;
+  const size_t second = kFirstKeyframe + kKeyframeBytes;  // the first has no loop left
   EXPECT_THAT(with_number(1, 0, 7), HasSubstr("map 7: expected map 0"));
   EXPECT_THAT(with_number(1, 8, int64_t{1} << 60), HasSubstr("things follow"));
-  EXPECT_THAT(with_number(1, kFirstKeyframe, int64_t{1} << 60),
-              HasSubstr("features of keyframe 0"));
+  const size_t fourth = second + 2 * kKeyframeBytes + 8;  // keyframe 4; the second closes a loop
+  EXPECT_THAT(with_number(1, fourth, int64_t{1} << 60), HasSubstr("features of keyframe 4"));
+  EXPECT_THAT(with_number(1, kFirstKeyframe, 2), HasSubstr("keyframe 0 has an image name"));
   EXPECT_THAT(with_number(1, kFirstKeyframe + kParent, 1), HasSubstr("own ancestor"));
   EXPECT_THAT(with_number(1, second + kParent, 99), HasSubstr("parent 99"));
   EXPECT_THAT(with_number(1, second + kRotation, 0), HasSubstr("keyframe 1 has no pose"));
   EXPECT_THAT(with_number(2, 0, 5), HasSubstr("features of keyframe 5: expected those of 0"));
-  // The counters end the atlas section: ids, landmarks, maps.
-  const size_t end = sections[0].content.size();
+  EXPECT_THAT(with_number(1, second + kScale, 0), HasSubstr("keyframe 1 has the scale 0"));
+  EXPECT_THAT(with_number(1, second + kLoops, int64_t{1} << 60), HasSubstr("things follow"));
+  EXPECT_THAT(with_number(1, second + kLoops + 8, 3), HasSubstr("closes a loop with 3"));
+  // The image names end the map section: a length of 0 behind the last id.
+  const size_t last_name = sections[1].content.size() - 16;
+  EXPECT_THAT(with_number(1, last_name, 2), HasSubstr("keyframe 2 has an image name"));
+  EXPECT_THAT(with_number(1, last_name, 1), HasSubstr("keyframe 1 has an image name"));
+  EXPECT_THAT(with_number(1, last_name + 8, 1), HasSubstr("things follow"));
+  // Three texts end the atlas section; before them the counters: ids, landmarks, maps.
+  const MapOrigin origin = TestMapOrigin();
+  const size_t end = sections[0].content.size() - 24 - origin.program.size() -
+                     origin.features.size() - origin.matcher.size();
   EXPECT_THAT(with_number(0, end - 24, 3), HasSubstr("keyframe 3: expected fewer than the 3"));
   EXPECT_THAT(with_number(0, end - 24, int64_t{1} << 60), HasSubstr("keyframes were numbered"));
   EXPECT_THAT(with_number(0, end - 16, int64_t{1} << 60), HasSubstr("landmarks were numbered"));
@@ -353,9 +418,10 @@ TEST_F(MapFileFuzzTest, DamagedContents) {
       std::swap(damaged[damage.Any(damaged.size())], damaged[damage.Any(damaged.size())]);
     Try([&] {
       LoadedAtlas loaded = ReadSections(damaged);
-      for (const Map& map : loaded.atlas.maps()) {
+      for (MapId map_id : loaded.atlas.Remaining()) {
+        const Map& map = loaded.atlas.At(map_id);
         map.keyframes().ForEach([&](const Keyframe& keyframe) { map.MedianDepth(keyframe.id); });
-        for (const auto& [id, culled] : map.culled()) map.PoseOf(id);
+        for (const auto& [keyframe, culled] : map.culled()) map.PoseOf(keyframe);
         for (const auto& [from, into] : map.merged_into()) map.Current(from);
         map.landmarks().ForEach([&](const Landmark& landmark) {
           loaded.atlas.At(map.id()).UpdateAppearance(landmark.id);

@@ -6,12 +6,15 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kPoseBytes = 7 * 8;
-constexpr size_t kKeyframeBytes = 4 * 8 + kPoseBytes;
-constexpr size_t kCulledBytes = 2 * 8 + kPoseBytes;
+constexpr size_t kKeyframeBytes = 6 * 8 + kPoseBytes;
+constexpr size_t kCulledBytes = 4 * 8 + kPoseBytes;
 constexpr size_t kMergedBytes = 2 * 8;
 constexpr size_t kObservationBytes = 8 + 4;
 constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kObservationBytes + 2 * 4 + 8;
+constexpr size_t kImageNameBytes = 2 * 8;
 constexpr size_t kKeypointFloats = 6;
+
+using ImageNames = std::map<KeyframeId, std::string>;
 
 template <typename Tag>
 void PutId(Id<Tag> id, ByteWriter* writer) {
@@ -21,6 +24,17 @@ void PutId(Id<Tag> id, ByteWriter* writer) {
 template <typename IdType>
 IdType GetId(ByteReader* reader) {
   return {reader->Get<int64_t>()};
+}
+
+void PutText(const std::string& text, ByteWriter* writer) {
+  writer->Put<uint64_t>(text.size());
+  writer->PutAll(std::span<const char>(text));
+}
+
+std::string GetText(ByteReader* reader) {
+  std::string text(reader->GetCount(sizeof(char)), '\0');
+  reader->GetAll(std::span<char>(text));
+  return text;
 }
 
 void PutVector(const Eigen::Vector3d& vector, ByteWriter* writer) {
@@ -61,6 +75,9 @@ void PutKeyframe(const Keyframe& keyframe, ByteWriter* writer) {
   writer->Put<int64_t>(keyframe.frame.time.nanoseconds);
   PutId(keyframe.parent, writer);
   PutPose(keyframe.cam_from_world, writer);
+  writer->Put<double>(keyframe.scale);
+  writer->Put<uint64_t>(keyframe.loops.size());
+  for (KeyframeId other : keyframe.loops) PutId(other, writer);
 }
 
 Keyframe GetKeyframe(ByteReader* reader) {
@@ -70,6 +87,15 @@ Keyframe GetKeyframe(ByteReader* reader) {
   keyframe.frame.time = {reader->Get<int64_t>()};
   keyframe.parent = GetId<KeyframeId>(reader);
   keyframe.cam_from_world = GetPose(reader);
+  keyframe.scale = reader->Get<double>();
+  for (size_t left = reader->GetCount(sizeof(int64_t)); left > 0; --left) {
+    const auto other = GetId<KeyframeId>(reader);
+    if (!keyframe.loops.empty() && other <= *keyframe.loops.rbegin()) {
+      throw Error("keyframe {} closes loops with {} after {}: expected rising ids",
+                  keyframe.id.value, other.value, keyframe.loops.rbegin()->value);
+    }
+    keyframe.loops.insert(keyframe.loops.end(), other);
+  }
   return keyframe;
 }
 
@@ -101,6 +127,34 @@ Landmark GetLandmark(ByteReader* reader) {
   landmark.observations.resize(reader->GetCount(kObservationBytes));
   for (Observation& observation : landmark.observations) observation = GetObservation(reader);
   return landmark;
+}
+
+void PutImageNames(const Map& map, const ImageNames& names, ByteWriter* writer) {
+  std::vector<ImageNames::const_iterator> named;
+  map.keyframes().ForEach([&](const Keyframe& keyframe) {
+    const auto found = names.find(keyframe.id);
+    if (found != names.end()) named.push_back(found);
+  });
+  writer->Put<uint64_t>(named.size());
+  for (const auto& entry : named) {
+    PutId(entry->first, writer);
+    PutText(entry->second, writer);
+  }
+}
+
+/// Of some of the keyframes, which come by rising id as the names do.
+void GetImageNames(const std::vector<Keyframe>& keyframes, ByteReader* reader, ImageNames* names) {
+  auto keyframe = keyframes.begin();
+  for (size_t left = reader->GetCount(kImageNameBytes); left > 0; --left) {
+    const auto id = GetId<KeyframeId>(reader);
+    while (keyframe != keyframes.end() && keyframe->id != id) ++keyframe;
+    if (keyframe == keyframes.end()) {
+      throw Error("keyframe {} has an image name: expected keyframes of the map by rising id",
+                  id.value);
+    }
+    (*names)[id] = GetText(reader);
+    ++keyframe;
+  }
 }
 
 LensModel LensFromNumber(uint32_t number) {
@@ -161,6 +215,9 @@ void PutAtlasHead(const AtlasHead& head, ByteWriter* writer) {
   writer->Put<int64_t>(head.ids.keyframes);
   writer->Put<int64_t>(head.ids.landmarks);
   writer->Put<uint64_t>(head.maps);
+  PutText(head.program, writer);
+  PutText(head.features, writer);
+  PutText(head.matcher, writer);
 }
 
 AtlasHead GetAtlasHead(std::string_view content) {
@@ -170,19 +227,24 @@ AtlasHead GetAtlasHead(std::string_view content) {
   head.ids.keyframes = reader.Get<int64_t>();
   head.ids.landmarks = reader.Get<int64_t>();
   head.maps = reader.Get<uint64_t>();
+  head.program = GetText(&reader);
+  head.features = GetText(&reader);
+  head.matcher = GetText(&reader);
   reader.ExpectEnd();
   return head;
 }
 
-void PutMap(const Map& map, ByteWriter* writer) {
-  PutId(map.id(), writer);
+void PutMap(const Map& map, MapId id, const ImageNames& image_names, ByteWriter* writer) {
+  PutId(id, writer);
   writer->Put<uint64_t>(static_cast<uint64_t>(map.KeyframeCount()));
   map.keyframes().ForEach([&](const Keyframe& keyframe) { PutKeyframe(keyframe, writer); });
   writer->Put<uint64_t>(map.culled().size());
-  for (const auto& [id, culled] : map.culled()) {
-    PutId(id, writer);
-    PutId(culled.parent, writer);
-    PutPose(culled.cam_from_parent, writer);
+  for (const auto& [keyframe, culled] : map.culled()) {
+    PutId(keyframe, writer);
+    PutId(culled.pose.keyframe, writer);
+    PutPose(culled.pose.cam_from_keyframe, writer);
+    writer->Put<double>(culled.pose.keyframe_scale);
+    writer->Put<double>(culled.scale);
   }
   writer->Put<uint64_t>(map.merged_into().size());
   for (const auto& [from, into] : map.merged_into()) {
@@ -191,9 +253,10 @@ void PutMap(const Map& map, ByteWriter* writer) {
   }
   writer->Put<uint64_t>(static_cast<uint64_t>(map.LandmarkCount()));
   map.landmarks().ForEach([&](const Landmark& landmark) { PutLandmark(landmark, writer); });
+  PutImageNames(map, image_names, writer);
 }
 
-MapState GetMap(std::string_view content) {
+MapState GetMap(std::string_view content, ImageNames* image_names) {
   ByteReader reader(content, "the map");
   MapState state;
   state.id = GetId<MapId>(&reader);
@@ -201,8 +264,13 @@ MapState GetMap(std::string_view content) {
     state.keyframes.push_back(GetKeyframe(&reader));
   }
   for (size_t left = reader.GetCount(kCulledBytes); left > 0; --left) {
-    const auto id = GetId<KeyframeId>(&reader), parent = GetId<KeyframeId>(&reader);
-    if (!state.culled.try_emplace(id, CulledPose{parent, GetPose(&reader)}).second) {
+    const auto id = GetId<KeyframeId>(&reader);
+    CulledKeyframe culled;
+    culled.pose.keyframe = GetId<KeyframeId>(&reader);
+    culled.pose.cam_from_keyframe = GetPose(&reader);
+    culled.pose.keyframe_scale = reader.Get<double>();
+    culled.scale = reader.Get<double>();
+    if (!state.culled.try_emplace(id, culled).second) {
       throw Error("keyframe {} was removed twice", id.value);
     }
   }
@@ -215,6 +283,7 @@ MapState GetMap(std::string_view content) {
   const size_t landmarks = reader.GetCount(kLandmarkBytes);
   state.landmarks.reserve(landmarks);
   for (size_t i = 0; i < landmarks; ++i) state.landmarks.push_back(GetLandmark(&reader));
+  GetImageNames(state.keyframes, &reader, image_names);
   reader.ExpectEnd();
   return state;
 }

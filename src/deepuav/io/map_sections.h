@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,7 @@ struct AtlasHead {
   Camera camera;
   IdSource ids;
   uint64_t maps = 0;
+  std::string program, features, matcher;  ///< As in MapOrigin.
 };
 
 /// The contents of the sections, as docs/map-format.md states them. The readers throw Error where
@@ -22,9 +24,12 @@ struct AtlasHead {
 void PutAtlasHead(const AtlasHead& head, ByteWriter* writer);
 AtlasHead GetAtlasHead(std::string_view content);
 
-/// A map without its keyframes' features, which have a section each.
-void PutMap(const Map& map, ByteWriter* writer);
-MapState GetMap(std::string_view content);
+/// A map without its keyframes' features, which have a section each. `id` is its number in the
+/// file; `image_names` may hold those of other maps.
+void PutMap(const Map& map, MapId id, const std::map<KeyframeId, std::string>& image_names,
+            ByteWriter* writer);
+/// Adds the names of this map's images to `image_names`.
+MapState GetMap(std::string_view content, std::map<KeyframeId, std::string>* image_names);
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.

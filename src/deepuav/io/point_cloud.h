@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <vector>
 
 namespace deepuav {
 
@@ -20,5 +21,9 @@ struct ColoredPoint {
 /// Writes the points as binary little-endian PLY (x y z as float, red green blue as uchar),
 /// atomically. Throws Error naming the file, also for a position that is not finite.
 void WritePly(const std::filesystem::path& file, std::span<const ColoredPoint> points);
+
+/// Reads what WritePly wrote: that one header, and points to the file's end. Throws Error naming
+/// the file, what was found and what was expected.
+std::vector<ColoredPoint> ReadPly(const std::filesystem::path& file);
 
 }  // namespace deepuav

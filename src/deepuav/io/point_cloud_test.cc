@@ -1,6 +1,7 @@
 #include "deepuav/io/point_cloud.h"
 
 #include <cstring>
+#include <fstream>
 #include <limits>
 
 #include "deepuav/io/testing/io_test_support.h"
@@ -42,6 +43,32 @@ TEST(WritePly, ErrorsNameTheFile) {
   EXPECT_FALSE(std::filesystem::exists(file));
   EXPECT_EQ(ErrorOf([] { WritePly("/nowhere/p.ply", {}); }),
             "/nowhere/p.ply: cannot be created: No such file or directory");
+}
+
+TEST(ReadPly, GivesBackWhatWasWritten) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "points.ply";
+  const std::vector<ColoredPoint> points = {{{1.5, -2.25, 3}, {10, 20, 30}},
+                                            ColoredPoint::Grey({4, 5, 6}, 200)};
+  WritePly(file, points);
+  const std::vector<ColoredPoint> read = ReadPly(file);
+  ASSERT_EQ(read.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read[i].position, points[i].position);
+    EXPECT_EQ(read[i].rgb, points[i].rgb);
+  }
+  WritePly(file, {});
+  EXPECT_TRUE(ReadPly(file).empty());
+}
+
+TEST(ReadPly, OtherFilesAreErrorsThatNameThem) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "points.ply";
+  WritePly(file, std::vector<ColoredPoint>{ColoredPoint::Grey({4, 5, 6}, 200)});
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);
+  EXPECT_TRUE(ErrorOf([&] { ReadPly(file); }).starts_with(file.string() + ": "));
+  std::ofstream(file) << "ply\nformat ascii 1.0\nend_header\n";
+  EXPECT_TRUE(ErrorOf([&] { ReadPly(file); }).starts_with(file.string() + ": "));
 }
 
 }  // namespace

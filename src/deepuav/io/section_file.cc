@@ -5,7 +5,6 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/sha256.h"
 #include "deepuav/io/byte_stream.h"
-#include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
@@ -20,6 +19,17 @@ constexpr int kCompressionLevel = 1;
 constexpr uint64_t kMaxExpansion = 64;
 
 std::string_view Text(const SectionKind& kind) { return {kind.data(), kind.size()}; }
+
+/// In single quotes, with what is no printable ASCII as \xHH.
+std::string Escaped(std::string_view bytes) {
+  std::string text;
+  for (const char byte : bytes) {
+    const bool is_printable = byte >= ' ' && byte <= '~';
+    text += is_printable ? std::string(1, byte)
+                         : fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+  }
+  return "'" + text + "'";
+}
 
 /// The bytes of a hexadecimal digest.
 std::string DigestOf(std::string_view bytes) {
@@ -114,7 +124,7 @@ SectionReader::SectionReader(const std::filesystem::path& file, std::string_view
   ReadExactly(&stored_, 0, std::min<uint64_t>(size_, header_bytes));
   if (!std::string_view(stored_).starts_with(magic)) {
     throw Error("begins with {}: expected {}",
-                Quoted(std::string_view(stored_).substr(0, magic.size())), Quoted(magic));
+                Escaped(std::string_view(stored_).substr(0, magic.size())), Escaped(magic));
   }
   ByteReader header(std::string_view(stored_).substr(magic.size()), "the header");
   const auto found = header.Get<uint32_t>();
@@ -140,7 +150,7 @@ void SectionReader::ReadExactly(std::string* bytes, size_t offset, size_t count)
 std::string_view SectionReader::Read(const SectionKind& kind) {
   const uint64_t begin = position_;
   const auto where = [&] {
-    return fmt::format("section {} at byte {}", Quoted(Text(kind)), begin);
+    return fmt::format("section {} at byte {}", Escaped(Text(kind)), begin);
   };
   ReadExactly(&stored_, 0, kHeadBytes);
   const SectionHead head = SectionHead::Get(stored_);
@@ -156,9 +166,13 @@ std::string_view SectionReader::Read(const SectionKind& kind) {
     throw Error("{} has another SHA-256 than was written: the file is damaged", where());
   }
   if (head.kind != kind) {
-    throw Error("{} is {}", where(), Quoted(Text(head.kind)));
+    throw Error("{} is {}", where(), Escaped(Text(head.kind)));
   }
   content_bytes_ += head.content_bytes;
+  SectionTally& tally = tallies_[std::string(Text(kind))];
+  ++tally.count;
+  tally.content_bytes += head.content_bytes;
+  tally.file_bytes += position_ - begin;
   const std::string_view stored = std::string_view(stored_).substr(kHeadBytes);
   if (head.codec == kStored && head.content_bytes == head.stored_bytes) return stored;
   if (head.codec != kZstandard || head.content_bytes / kMaxExpansion > head.stored_bytes) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,6 +15,13 @@ namespace deepuav {
 
 /// Four characters that say what a section holds.
 using SectionKind = std::array<char, 4>;
+
+/// What the sections of one kind take.
+struct SectionTally {
+  uint64_t count = 0;
+  uint64_t content_bytes = 0;  ///< Uncompressed.
+  uint64_t file_bytes = 0;     ///< In the file, with their heads and checksums.
+};
 
 /// A file of sections, each compressed (Zstandard, RFC 8878) where that helps and under a SHA-256
 /// of its own, behind a magic number and a format version. docs/map-format.md states the bytes.
@@ -48,12 +56,16 @@ class SectionReader {
   void ExpectEnd();
 
   uint64_t content_bytes() const { return content_bytes_; }  ///< Read so far, uncompressed.
+  uint64_t position() const { return position_; }            ///< Bytes of the file read so far.
+  /// Of the sections read so far, by kind.
+  const std::map<std::string, SectionTally>& tallies() const { return tallies_; }
 
  private:
   void ReadExactly(std::string* bytes, size_t offset, size_t count);
 
   std::ifstream stream_;
   uint64_t size_ = 0, position_ = 0, content_bytes_ = 0;
+  std::map<std::string, SectionTally> tallies_;
   std::string stored_, content_;
 };
 

@@ -34,6 +34,9 @@ class VideoDataset : public Dataset {
   std::string Name(int frame) const override {
     return fmt::format("{} frame {}", file_.string(), frame);
   }
+  std::string ImageName(int frame) const override {
+    return fmt::format("{}_{:06}.png", file_.stem().string(), frame);
+  }
   GreyImage Load(int frame) override;
   bool CalibrationIsApproximate() const override { return calibration_.refine; }
 

@@ -145,7 +145,7 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
   if (!result.pose) {
     if (auto found = Relocalise(frame, mapping)) {
       result = std::move(*found);
-    } else if (result.initial_map) {
+    } else if (result.initial_map && !options_.localise_only) {
       if (StartMap(*result.initial_map, mapping)) {
         result = tracker_.Track(frame, true);
       } else {
@@ -153,12 +153,23 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
       }
     }
   }
+  if (options_.localise_only) FollowInUnchangedMap(&result);
   if (!result.reason.empty()) Log().debug("frame {}: {}", frame.id.value, result.reason);
   if (result.keyframe) {
     keyframe_under_way_ = frame.id;
     mapping->Submit(std::move(*result.keyframe));
   }
   return MakeRecord(frame, result);
+}
+
+void Slam::FollowInUnchangedMap(TrackingResult* result) {
+  result->keyframe.reset();
+  if (!result->pose) return;
+  const TrackedPose& pose = *result->pose;
+  if (pose.anchored.keyframe == surroundings_of_) return;
+  surroundings_of_ = pose.anchored.keyframe;
+  tracker_.UseLocalMap(
+      MakeLocalMap(atlas_.At(pose.map), surroundings_of_, options_.mapping.local_map));
 }
 
 bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
@@ -241,7 +252,7 @@ void Slam::Finish(SlamResult* result) {
     }
   }
   try {
-    if (options_.adjust_at_end) AdjustAll();
+    if (options_.adjust_at_end && !options_.localise_only) AdjustAll();
     const StageScope stage(&clock_, "finish trajectory");
     FrameLocator locator(camera_, options_.tracking.locator, perception_.matcher, nullptr);
     TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,

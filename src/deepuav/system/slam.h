@@ -39,6 +39,7 @@ struct SystemOptions {
   int adjustment_delay_keyframes =
       5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
   bool adjust_at_end = true;  ///< Global bundle adjustment before the trajectory is finished.
+  bool localise_only = false;  ///< Find frames in the loaded maps and leave these as they are.
   bool refine_focal = false;  ///< The camera's focal length is a guess, to be refined then.
   int max_gap_frames = 30;    ///< Unlocated frames in a row that the end tries to bridge.
   TrackingOptions tracking;
@@ -56,6 +57,8 @@ struct SystemOptions {
     visit("adjustment_delay_keyframes", adjustment_delay_keyframes, "",
           "keyframes after a closed loop until the whole map is adjusted");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
+    visit("localise_only", localise_only, "",
+          "find frames in the loaded maps and leave these as they are");
     visit("refine_focal", refine_focal, "",
           "refine the focal length in it: for calibrations that are a guess");
     visit("max_gap_frames", max_gap_frames, "",
@@ -116,6 +119,7 @@ class Slam {
                                                 std::span<const Descriptors> turned);
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
+  void FollowInUnchangedMap(TrackingResult* result);
   /// Lets go of the oldest features kept for frames without a pose, once there are too many.
   void LimitUnlocated(std::vector<FrameRecord>* records);
   void AdjustAll();
@@ -133,6 +137,7 @@ class Slam {
   Tracker tracker_;
   Relocaliser relocaliser_;
   int relocalisations_ = 0;
+  KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.
   std::optional<FrameId> keyframe_under_way_;
   std::deque<size_t> unlocated_;  ///< Records that keep their features, by growing index.
 };

@@ -79,6 +79,8 @@ void ExpectSameKeyframe(const Keyframe& a, const Keyframe& b) {
   EXPECT_EQ(a.frame.id, b.frame.id);
   EXPECT_EQ(a.frame.time, b.frame.time);
   EXPECT_EQ(a.parent, b.parent);
+  EXPECT_EQ(a.scale, b.scale);
+  EXPECT_EQ(a.loops, b.loops);
   EXPECT_EQ(a.children, b.children);
   EXPECT_EQ(a.covisible, b.covisible);
   EXPECT_EQ(a.landmarks, b.landmarks);
@@ -119,8 +121,10 @@ void ExpectSameMap(const Map& a, const Map& b) {
   ASSERT_EQ(a.culled().size(), b.culled().size());
   for (const auto& [id, culled] : a.culled()) {
     ASSERT_TRUE(b.culled().contains(id));
-    EXPECT_EQ(culled.parent, b.culled().at(id).parent);
-    ExpectSamePose(culled.cam_from_parent, b.culled().at(id).cam_from_parent);
+    EXPECT_EQ(culled.pose.keyframe, b.culled().at(id).pose.keyframe);
+    ExpectSamePose(culled.pose.cam_from_keyframe, b.culled().at(id).pose.cam_from_keyframe);
+    EXPECT_EQ(culled.pose.keyframe_scale, b.culled().at(id).pose.keyframe_scale);
+    EXPECT_EQ(culled.scale, b.culled().at(id).scale);
   }
 }
 
@@ -135,6 +139,13 @@ Camera TestMapCamera() {
   camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
   camera.rate_hz = 20;
   return camera;
+}
+
+MapOrigin TestMapOrigin() {
+  return {"0.1.0",
+          "toy.onnx sha256:0123 fp32",
+          "mutual nearest neighbour",
+          {{KeyframeId{0}, "000.png"}, {KeyframeId{1}, "a name.png"}, {KeyframeId{3}, ""}}};
 }
 
 Map TestMap(MapId id, int keyframes, int keypoints, int dimension, uint64_t seed, IdSource* ids) {
@@ -158,6 +169,10 @@ Map TestMap(MapId id, int keyframes, int keypoints, int dimension, uint64_t seed
     map.RemoveLandmark(landmarks[3]);
   }
   if (added.size() > 5) {
+    map.AddLoop(added[0], added[5]);
+    map.AddLoop(added[1], added[4]);
+    map.Move(added[2], Sim3(1.25, RotationExp({0.1, 0, 0}), {1, 2, 3}));
+    map.Move(added[4], Sim3(0.75, RotationExp({0, 0.1, 0}), {3, 2, 1}));
     map.RemoveKeyframe(added[5]);
     map.RemoveKeyframe(added[2]);  // the parent of the one before
   }
@@ -175,8 +190,9 @@ Atlas TestAtlas(int keyframes, int keypoints, int dimension, uint64_t seed) {
 void ExpectSameAtlas(const Atlas& a, const Atlas& b) {
   EXPECT_EQ(a.ids().keyframes, b.ids().keyframes);
   EXPECT_EQ(a.ids().landmarks, b.ids().landmarks);
-  ASSERT_EQ(a.maps().size(), b.maps().size());
-  for (size_t i = 0; i < a.maps().size(); ++i) ExpectSameMap(a.maps()[i], b.maps()[i]);
+  const std::vector<MapId> maps_a = a.Remaining(), maps_b = b.Remaining();
+  ASSERT_EQ(maps_a.size(), maps_b.size());
+  for (size_t i = 0; i < maps_a.size(); ++i) ExpectSameMap(a.At(maps_a[i]), b.At(maps_b[i]));
 }
 
 }  // namespace deepuav

@@ -1,0 +1,32 @@
+#include "interruption.h"
+
+#include <csignal>
+
+#include "commands.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int kSignalStatusBase = 128;
+
+volatile std::sig_atomic_t signal_received = 0;
+
+void RememberSignal(int signal) {
+  signal_received = signal;
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void CatchSignals() {
+  std::signal(SIGINT, RememberSignal);
+  std::signal(SIGTERM, RememberSignal);
+}
+
+int SignalReceived() { return signal_received; }
+
+void ExitIfInterrupted() {
+  if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};
+}
+
+}  // namespace deepuav

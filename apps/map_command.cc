@@ -1,0 +1,152 @@
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "deepuav/base/error.h"
+#include "deepuav/io/colmap_model.h"
+#include "deepuav/io/las_file.h"
+#include "deepuav/io/map_export.h"
+#include "deepuav/io/map_file.h"
+#include "deepuav/io/point_cloud.h"
+#include "deepuav/io/trajectory.h"
+#include "map_description.h"
+#include "map_merge_command.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct InfoArguments {
+  std::string file;
+  bool json = false;
+};
+
+void Info(const InfoArguments& arguments) {
+  MapFileFacts facts;
+  const LoadedAtlas loaded = ReadMapFile(arguments.file, &facts);
+  std::cout << (arguments.json ? MapFileJson(arguments.file, loaded, facts)
+                               : MapFileText(arguments.file, loaded, facts));
+}
+
+struct ExportArguments {
+  std::string file, format;
+  fs::path out;
+  std::optional<int> map;
+};
+
+/// One kind of file or folder that a map can become.
+struct ExportFormat {
+  const char* name;
+  void (*write)(const fs::path& out, const Map& map, const LoadedAtlas& loaded);
+};
+
+constexpr std::array<ExportFormat, 4> kFormats = {{
+    {"ply", [](const fs::path& out, const Map& map,
+               const LoadedAtlas&) { WritePly(out, LandmarkPoints(map)); }},
+    {"las", [](const fs::path& out, const Map& map,
+               const LoadedAtlas&) { WriteLas(out, LandmarkPoints(map)); }},
+    {"colmap",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
+       WriteColmapModel(out, map, loaded.camera, loaded.origin.image_names);
+     }},
+    {"tum", [](const fs::path& out, const Map& map,
+               const LoadedAtlas&) { WriteTrajectory(out, KeyframeTrajectory(map)); }},
+}};
+
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const ExportFormat& format : kFormats) names.emplace_back(format.name);
+  return names;
+}
+
+const ExportFormat& FormatNamed(const std::string& name) {
+  for (const ExportFormat& format : kFormats) {
+    if (name == format.name) return format;
+  }
+  throw Error("format '{}': expected one of those that --help lists", name);
+}
+
+/// The maps to export. Throws Error where there is none.
+std::vector<MapId> ChosenMaps(const ExportArguments& arguments, const Atlas& atlas) {
+  std::vector<MapId> maps;
+  for (const MapId id : atlas.Remaining()) {
+    const bool is_chosen = !arguments.map || id.value == *arguments.map;
+    if (is_chosen && atlas.At(id).KeyframeCount() > 0) maps.push_back(id);
+  }
+  if (!maps.empty()) return maps;
+  if (!arguments.map) throw Error("{}: holds no keyframe", arguments.file);
+  throw Error("{}: has no map {} with keyframes: expected 0 to {}", arguments.file, *arguments.map,
+              static_cast<int>(atlas.Remaining().size()) - 1);
+}
+
+/// "points.ply" becomes "points-map-2.ply".
+fs::path PathOfMap(const fs::path& out, MapId map) {
+  fs::path path = out.has_filename() ? out : out.parent_path();
+  const fs::path ending = path.extension();
+  path.replace_extension();
+  path += fmt::format("-map-{}", map.value);
+  path += ending;
+  return path;
+}
+
+void Export(const ExportArguments& arguments) {
+  const ExportFormat& format = FormatNamed(arguments.format);
+  const LoadedAtlas loaded = ReadMapFile(arguments.file);
+  const std::vector<MapId> maps = ChosenMaps(arguments, loaded.atlas);
+  for (const MapId id : maps) {
+    const Map& map = loaded.atlas.At(id);
+    const fs::path out = maps.size() == 1 ? arguments.out : PathOfMap(arguments.out, id);
+    format.write(out, map, loaded);
+    std::cout << fmt::format("{}: map {}, {} keyframes, {} landmarks\n", out.string(), id.value,
+                             map.KeyframeCount(), map.LandmarkCount());
+  }
+}
+
+void AddInfoCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("info", "What a map file holds");
+  const auto arguments = std::make_shared<InfoArguments>();
+  command->add_option("FILE", arguments->file, "A map.deepuav")->required();
+  command->add_flag("--json", arguments->json, "As JSON");
+  command->footer("Example:\n  deepuav map info out/map.deepuav");
+  command->callback([arguments] { Info(*arguments); });
+}
+
+void AddExportCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("export", "Write maps in a format of other programs");
+  const auto arguments = std::make_shared<ExportArguments>();
+  command->add_option("FILE", arguments->file, "A map.deepuav")->required();
+  command
+      ->add_option("--format", arguments->format,
+                   "ply, las: landmarks; colmap: a text model; tum: poses of the keyframes")
+      ->required()
+      ->check(CLI::IsMember(FormatNames()));
+  command
+      ->add_option("--out", arguments->out,
+                   "File, or folder for colmap; with several maps -map-N is put into its name")
+      ->required();
+  command->add_option("--map", arguments->map, "Only this map; all by default")
+      ->check(CLI::NonNegativeNumber.description(""));
+  command->footer(
+      "Examples:\n"
+      "  deepuav map export out/map.deepuav --format las --out points.las\n"
+      "  deepuav map export out/map.deepuav --format colmap --out sparse --map 0");
+  command->callback([arguments] { Export(*arguments); });
+}
+
+}  // namespace
+
+void AddMapCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("map", "Inspect, merge and export saved maps");
+  command->require_subcommand(1);
+  AddInfoCommand(*command);
+  AddExportCommand(*command);
+  AddMergeCommand(*command);
+}
+
+}  // namespace deepuav

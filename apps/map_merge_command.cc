@@ -1,0 +1,99 @@
+#include "map_merge_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/io/map_file.h"
+#include "deepuav/map/map_renumbering.h"
+#include "deepuav/system/map_joining.h"
+#include "run_options.h"
+
+namespace deepuav {
+namespace {
+
+struct MergeArguments {
+  std::vector<std::string> files;
+  std::string out, config, log_level = "info";
+  std::vector<std::string> assignments;
+};
+
+void CheckSameCamera(const std::string& file, const Camera& camera, const Camera& expected) {
+  constexpr double kSameFocal = 0.01;
+  const bool same = camera.width == expected.width && camera.height == expected.height &&
+                    camera.lens == expected.lens &&
+                    std::abs(camera.pinhole.fx / expected.pinhole.fx - 1) < kSameFocal;
+  if (same) return;
+  throw Error("{}: its camera has {} x {} px and a focal length of {:.1f} px: expected {} x {} and "
+              "{:.1f} as the first file's",
+              file, camera.width, camera.height, camera.pinhole.fx, expected.width,
+              expected.height, expected.pinhole.fx);
+}
+
+/// Puts the maps of all files side by side; `newer` are those of all but the first.
+LoadedAtlas LoadAll(const std::vector<std::string>& files, std::vector<MapId>* newer) {
+  LoadedAtlas all = ReadMapFile(files.front());
+  for (size_t i = 1; i < files.size(); ++i) {
+    const LoadedAtlas more = ReadMapFile(files[i]);
+    CheckSameCamera(files[i], more.camera, all.camera);
+    const MapId first_new = all.atlas.NextMap();
+    const auto new_ids = TakeMaps(more.atlas, &all.atlas);
+    for (MapId map : all.atlas.Remaining()) {
+      if (map >= first_new) newer->push_back(map);
+    }
+    for (const auto& [keyframe, name] : more.origin.image_names)
+      all.origin.image_names[new_ids.at(keyframe)] = name;
+  }
+  return all;
+}
+
+void Merge(const MergeArguments& arguments) {
+  LogToStderr(arguments.log_level);
+  RunOptions options;
+  OptionRegistry registry;
+  ReadOptions(arguments.config, arguments.assignments, &options, &registry);
+  const Vocabulary vocabulary = Vocabulary::Load(options.places.vocabulary);
+  std::vector<MapId> newer;
+  LoadedAtlas all = LoadAll(arguments.files, &newer);
+  const std::unique_ptr<Matcher> matcher = MakeMatcher(options, all.camera);
+  const JoiningReport report = JoinMaps(
+      all.camera, options.system, {nullptr, matcher.get(), &vocabulary}, newer, &all.atlas);
+  WriteMapFile(arguments.out, all.atlas, all.camera, all.origin);
+  std::cout << fmt::format("{} maps joined, {} loops closed\n", report.merged_maps,
+                           report.closed_loops);
+  for (MapId id : all.atlas.Remaining()) {
+    const Map& map = all.atlas.At(id);
+    std::cout << fmt::format("map {}: {} keyframes, {} landmarks\n", id.value,
+                             map.KeyframeCount(), map.LandmarkCount());
+  }
+}
+
+}  // namespace
+
+void AddMergeCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("merge", "Join the maps of several runs");
+  const auto arguments = std::make_shared<MergeArguments>();
+  constexpr int kFewest = 2;
+  command->add_option("FILES", arguments->files, "Two map.deepuav or more")
+      ->required()
+      ->expected(kFewest, -1);
+  command->add_option("--out", arguments->out, "File for all maps")->required();
+  command->add_option("--config", arguments->config, "YAML file of options, as of run");
+  command->add_option("--set", arguments->assignments, "One option as name=value; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--log-level", arguments->log_level, "What is logged to stderr")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  command->footer(
+      "Maps that show a common place become one; the others stay beside one another in the file.\n"
+      "Example:\n  deepuav map merge monday/map.deepuav tuesday/map.deepuav --out both.deepuav");
+  command->callback([arguments] { Merge(*arguments); });
+}
+
+}  // namespace deepuav

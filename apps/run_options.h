@@ -1,0 +1,87 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/base/options.h"
+#include "deepuav/features/superpoint.h"
+#include "deepuav/features/superpoint_turned.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/matching/superglue.h"
+#include "deepuav/place/vocabulary.h"
+#include "deepuav/system/slam.h"
+
+namespace deepuav {
+
+/// Which matcher finds the key points of one image in another without knowing their poses.
+struct MatcherChoice {
+  std::string method = "nearest";
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("method", method, "",
+          "nearest (neighbours in descriptor space) or superglue (a network)");
+  }
+};
+
+/// What places are recognised with.
+struct PlaceOptions {
+  std::string vocabulary;
+  bool headings = true;
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("vocabulary", vocabulary, "", "file of visual words; empty: no place is recognised");
+    visit("headings", headings, "",
+          "recognise places under every heading: costs three runs of the network a keyframe");
+  }
+};
+
+/// All options of a run.
+struct RunOptions {
+  SuperPointOptions features;
+  InferenceOptions inference;
+  MatcherChoice matcher;
+  NearestNeighbourOptions matching;
+  SuperGlueOptions superglue;
+  PlaceOptions places;
+  SystemOptions system;
+
+  void Check() const;
+  void Register(OptionRegistry* registry);
+};
+
+/// Defaults, then the file (if any), then the assignments. Throws CLI's error of wrong use for
+/// options that are unknown or impossible.
+void ReadOptions(const std::string& config_file, const std::vector<std::string>& assignments,
+                 RunOptions* options, OptionRegistry* registry);
+
+std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry);
+
+std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera);
+
+/// The networks and the vocabulary that a run sees with.
+class Eyes {
+ public:
+  /// Throws Error for files that are missing or do not fit one another.
+  Eyes(const Camera& camera, const RunOptions& options);
+
+  Perception perception();
+  const SuperPoint& extractor() const { return extractor_; }
+  const Matcher& matcher() const { return *matcher_; }
+  /// Names the vocabulary for summaries; empty where there is none.
+  std::string VocabularyDescription() const;
+
+ private:
+  SuperPoint extractor_;
+  std::unique_ptr<Matcher> matcher_;
+  std::string vocabulary_file_;
+  std::optional<Vocabulary> vocabulary_;
+  std::optional<SuperPointTurned> turned_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "commands.h"
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/base/time.h"
+#include "deepuav/io/options_file.h"
+#include "interruption.h"
+#include "progress_bar.h"
+#include "simulated_dataset.h"
+#include "simulation_options.h"
+
+namespace deepuav {
+namespace {
+
+/// What the command line says.
+struct SimulateArguments {
+  SimulationChoice choice;
+  std::string out, log_level = "info";
+  std::optional<int> seed;
+  int frames = -1;
+  int threads = 0;
+  bool list = false;
+};
+
+void List() {
+  std::cout << "flights:\n";
+  for (const ListedFlight& flight : ListFlights())
+    std::cout << fmt::format("  {:<14} {}\n", flight.name, flight.about);
+  std::cout << "scenes:\n";
+  for (const std::string& scene : SceneNames()) std::cout << "  " << scene << "\n";
+}
+
+/// Options that are unknown or impossible are wrong use.
+void ReadOptions(const SimulateArguments& arguments, SimulationOptions* options,
+                 OptionRegistry* registry) try {
+  options->Register(registry);
+  SimulationChoice choice = arguments.choice;
+  if (arguments.seed)
+    choice.assignments.push_back("flight.seed=" + std::to_string(*arguments.seed));
+  LoadSimulation(choice, options, registry);
+} catch (const Error& error) {
+  throw CLI::ValidationError(error.what());
+}
+
+/// Returns how many frames are there in the end; fewer than `frames` after a signal.
+int WriteFrames(int frames, SimulatedDataset* dataset) {
+  ProgressBar bar(frames);
+  int done = 0;
+  for (; done < frames && SignalReceived() == 0; ++done) {
+    const bool rendered = dataset->WriteFrame(done);
+    bar.Advance(done + 1, rendered ? "rendering" : "there already");
+  }
+  return done;
+}
+
+void Simulate(const SimulateArguments& arguments) {
+  if (arguments.list) return List();
+  if (arguments.choice.flight.empty() || arguments.out.empty())
+    throw CLI::ValidationError("--flight and --out are required (or --list)");
+  LogToStderr(arguments.log_level);
+  SimulationOptions options;
+  OptionRegistry registry;
+  ReadOptions(arguments, &options, &registry);
+
+  CatchSignals();
+  SimulatedDataset dataset(options, arguments.out, arguments.threads);
+  dataset.WriteSensors(OptionsAsYaml(registry));
+  const int frames = arguments.frames < 0 ? dataset.frame_count()
+                                          : std::min(arguments.frames, dataset.frame_count());
+  const Stopwatch rendering;
+  const int done = WriteFrames(frames, &dataset);
+  dataset.WriteFrameList(done);
+  std::cout << fmt::format("{} of {} frames in {}, {:.1f} s of flight, in {:.1f} s\n", done,
+                           dataset.frame_count(), arguments.out, dataset.duration_s(),
+                           rendering.Seconds());
+  ExitIfInterrupted();
+}
+
+void AddArguments(CLI::App& command, SimulateArguments& arguments) {
+  command.add_option("--flight", arguments.choice.flight, "Name of a flight, or its YAML file");
+  command.add_option("--scene", arguments.choice.scene,
+                     "Name of a scene, or its YAML file; default: the flight's");
+  command.add_option("--out", arguments.out, "Folder for the dataset, made if absent");
+  command.add_option("--seed", arguments.seed, "Seed of wind and noise; default: the flight's")
+      ->check(CLI::NonNegativeNumber.description(""));
+  command
+      .add_option("--set", arguments.choice.assignments,
+                  "One option as name=value; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--frames", arguments.frames, "Render at most this many; -1: all")
+      ->check(CLI::Range(-1, std::numeric_limits<int>::max()).description(""))
+      ->capture_default_str();
+  command.add_option("--threads", arguments.threads, "Threads that render; 0: one a core")
+      ->check(CLI::Range(0, 1024).description(""))
+      ->capture_default_str();
+  command.add_flag("--list", arguments.list, "List the flights and scenes, and do nothing else");
+  command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& app) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Render a drone's flight with exact truth, as a dataset of EuRoC's layout");
+  command->footer(
+      "Examples:\n"
+      "  deepuav simulate --list\n"
+      "  deepuav simulate --flight orbit --out data/orbit\n"
+      "  deepuav simulate --flight my.yaml --scene desert --out data/my --set course.height_m=60\n"
+      "A flight that was interrupted goes on when the same command is given again.");
+  AddArguments(*command, *arguments);
+  command->callback([arguments] { Simulate(*arguments); });
+}
+
+}  // namespace deepuav

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Renders the suite of flights, runs the program over them, and prints and stores what came out.
+
+  bench/system/flights.py [--only NAME ...] [--seeds N] [--frames N] [--set name=value ...]
+
+Each flight of flights/ is rendered once a seed into a cache (.cache/flights), where it stays for the next time. For each
+flight: absolute trajectory error (Sim3) over the frames located in the largest map, share of frames located in it, maps,
+speed. The table goes to stdout as Markdown, everything to OUT/flights.json. Needs build/deepuav (scripts/setup.sh) and
+Python's standard library.
+"""
+import argparse
+import hashlib
+import json
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench/system"))
+from run import processor  # noqa: E402
+
+DEEPUAV = ROOT / "build/deepuav"
+
+
+def flight_names():
+    return sorted(file.stem for file in (ROOT / "flights").glob("*.yaml"))
+
+
+def render(name, seed, arguments):
+    """The dataset of a flight, rendered where it is not there, and the seconds it took. A flight whose file has
+    changed since gets a folder of its own."""
+    description = (ROOT / "flights" / f"{name}.yaml").read_bytes()
+    folder = arguments.cache / f"{name}-{seed}-{hashlib.sha256(description).hexdigest()[:8]}"
+    start = time.monotonic()
+    subprocess.run([DEEPUAV, "simulate", "--flight", name, "--seed", str(seed), "--out", folder,
+                    "--frames", str(arguments.frames), "--log-level", "warn"], check=True, stdout=subprocess.DEVNULL)
+    return folder, time.monotonic() - start
+
+
+def run_once(name, seed, arguments):
+    """Renders, runs and evaluates one flight. Without a map there is no evaluation."""
+    dataset, render_s = render(name, seed, arguments)
+    out = arguments.out / f"{name}-{seed}"
+    command = [DEEPUAV, "run", dataset, "--out", out, "--log-level", "warn"]
+    for assignment in arguments.set:
+        command += ["--set", assignment]
+    if subprocess.run(command, stdout=subprocess.DEVNULL).returncode not in (0, 1):
+        raise SystemExit(f"flights.py: {' '.join(map(str, command))} failed")
+    result = {"seed": seed, "render_s": render_s, "summary": json.loads((out / "summary.json").read_text())}
+    report = out / "eval.json"
+    evaluated = subprocess.run([DEEPUAV, "eval", dataset, out / "trajectory.txt", "--json", report],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if evaluated.returncode == 0:
+        result["evaluation"] = json.loads(report.read_text())
+    else:
+        result["failure"] = evaluated.stderr.strip()
+    return result
+
+
+def spread(values, form):
+    """The median, and where they differ the least and the largest."""
+    if not values:
+        return "-"
+    median = format(statistics.median(values), form)
+    least, most = format(min(values), form), format(max(values), form)
+    return median if least == most else f"{median} ({least} to {most})"
+
+
+def main_map_share(summary):
+    maps = [m["frames"] for m in summary["maps"] if m["id"] == summary["main_map"]]
+    return 100 * (maps[0] if maps else 0) / summary["frames"]["processed"]
+
+
+def table_row(name, runs):
+    errors = [r["evaluation"]["ate_m"]["rmse"] for r in runs if "evaluation" in r]
+    failed = "" if len(errors) == len(runs) else f" ({len(runs) - len(errors)} without)"
+    summaries = [r["summary"] for r in runs]
+    shares = [main_map_share(s) for s in summaries]
+    located = [100 * s["frames"]["located"] / s["frames"]["processed"] for s in summaries]
+    rates = [s["frames"]["processed"] / s["wall_s"] for s in summaries]
+    maps = [len(s["maps"]) for s in summaries]
+    return (f"| `{name}` | {summaries[0]['frames']['processed']} | {spread(errors, '.3f')}{failed} | "
+            f"{spread(shares, '.1f')} | {spread(located, '.1f')} | {spread(maps, '.0f')} | {spread(rates, '.1f')} |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="*", default=flight_names(), help="names of flights")
+    parser.add_argument("--seeds", type=int, default=3, help="seeds 1 to this")
+    parser.add_argument("--frames", type=int, default=-1, help="render and run at most this many; -1: all")
+    parser.add_argument("--set", nargs="*", default=[], help="options of the run, name=value")
+    parser.add_argument("--cache", type=Path, default=ROOT / ".cache/flights")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/flights")
+    parser.add_argument("--render-only", action="store_true", help="fill the cache and stop")
+    arguments = parser.parse_args()
+    if arguments.frames >= 0:  # a shortened flight must not take the place of a whole one
+        arguments.cache = arguments.cache / f"first-{arguments.frames}"
+    arguments.out.mkdir(parents=True, exist_ok=True)
+
+    results = {"machine": processor(), "command": " ".join(sys.argv), "flights": {}}
+    print(f"Machine: {results['machine']}\n")
+    print("| flight | frames | ATE (Sim3), m | in the main map, % | in any map, % | maps | frames/s |")
+    print("|---|---|---|---|---|---|---|")
+    for name in arguments.only:
+        if arguments.render_only:
+            for seed in range(1, arguments.seeds + 1):
+                print(f"{name} {seed}: {render(name, seed, arguments)[1]:.0f} s", file=sys.stderr, flush=True)
+            continue
+        runs = [run_once(name, seed, arguments) for seed in range(1, arguments.seeds + 1)]
+        results["flights"][name] = runs
+        print(table_row(name, runs), flush=True)
+        (arguments.out / "flights.json").write_text(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()

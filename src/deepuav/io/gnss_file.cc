@@ -1,0 +1,195 @@
+#include "deepuav/io/gnss_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "deepuav/base/error.h"
+#include "deepuav/io/gpx_file.h"
+#include "deepuav/io/iso_time.h"
+#include "deepuav/io/text_file.h"
+
+namespace deepuav {
+namespace {
+
+using Fields = std::vector<std::string_view>;
+
+constexpr size_t kHeadBytes = 4096;
+constexpr size_t kFewestColumns = 3, kFewestPoseColumns = 8;
+constexpr double kLargestSeconds = 9223372036;  // The last second of a 64-bit time stamp.
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+std::string LowerCase(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return lower;
+}
+
+/// The first line that is not blank, without the '#' of a commented head.
+std::string FirstLine(const std::filesystem::path& file) {
+  const std::string head = ReadHead(file, kHeadBytes);
+  std::string_view rest = head;
+  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+  const size_t start = std::min(rest.find_first_not_of(" \t\r\n#"), rest.size());
+  rest.remove_prefix(start);
+  return std::string(rest.substr(0, rest.find_first_of("\r\n")));
+}
+
+bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
+  return LowerCase(file.extension().string()) == ".gpx" || first_line.starts_with('<');
+}
+
+/// Where the columns are, and how many decimal places a second has in the unit of the times.
+struct Columns {
+  size_t time = 0, latitude = 1, longitude = 2;
+  std::optional<size_t> altitude;
+  std::optional<int> places_of_second;  ///< Nothing where the head names no unit.
+};
+
+bool StartsWithAny(const std::string& name, std::initializer_list<const char*> starts) {
+  return std::any_of(starts.begin(), starts.end(),
+                     [&](const char* start) { return name.starts_with(start); });
+}
+
+std::optional<int> PlacesOfSecond(const std::string& name) {
+  constexpr std::array<std::pair<std::string_view, int>, 4> kUnits = {
+      {{"ns", 9}, {"us", 6}, {"ms", 3}, {"s", 0}}};
+  std::string unit = name;
+  while (!unit.empty() && std::string_view("])} ").find(unit.back()) != std::string_view::npos) {
+    unit.pop_back();
+  }
+  for (const auto& [suffix, places] : kUnits) {
+    if (unit.size() <= suffix.size() || !unit.ends_with(suffix)) continue;
+    const char before = unit[unit.size() - suffix.size() - 1];
+    if (std::string_view("[({_ ").find(before) != std::string_view::npos) return places;
+  }
+  return std::nullopt;
+}
+
+/// The columns by their names; nothing where the line names no latitude.
+std::optional<Columns> ColumnsOfHead(std::string_view line) {
+  Fields names;
+  SplitAtCommas(line, &names);
+  std::optional<size_t> time, latitude, longitude, altitude;
+  Columns columns;
+  for (size_t i = 0; i < names.size(); ++i) {
+    const std::string name = LowerCase(names[i]);
+    if (!latitude && StartsWithAny(name, {"lat"})) {
+      latitude = i;
+    } else if (!longitude && StartsWithAny(name, {"lon", "lng"})) {
+      longitude = i;
+    } else if (!altitude && StartsWithAny(name, {"alt", "ele", "height", "hgt"})) {
+      altitude = i;
+    } else if (!time && name.find("time") != std::string::npos) {
+      time = i;
+      columns.places_of_second = PlacesOfSecond(name);
+    }
+  }
+  if (!latitude || !longitude || !time) return std::nullopt;
+  columns.time = *time;
+  columns.latitude = *latitude;
+  columns.longitude = *longitude;
+  columns.altitude = altitude;
+  return columns;
+}
+
+bool IsAbsent(std::string_view field) { return field.empty() || LowerCase(field) == "nan"; }
+
+Timestamp ParseTime(std::string_view text, std::optional<int> places, const std::string& where) {
+  if (LooksLikeIsoTime(text)) return ParseIsoTime(text, where);
+  double number = 0;
+  if (!places) places = IsNumber(text, &number) && std::abs(number) > kLargestSeconds ? 9 : 0;
+  if (*places == 0) return ParseSeconds(text, where);
+  if (*places == 9) return ParseNanoseconds(text, where);
+  return ParseSeconds(fmt::format("{}e-{}", text, *places), where);
+}
+
+std::optional<GeoFix> ParseFix(const Fields& fields, const Columns& columns,
+                               const std::string& where) {
+  if (IsAbsent(fields[columns.latitude]) || IsAbsent(fields[columns.longitude])) {
+    return std::nullopt;
+  }
+  GeoFix fix{ParseFinite(fields[columns.latitude], where, "latitude"),
+             ParseFinite(fields[columns.longitude], where, "longitude"), std::nullopt};
+  if (columns.altitude && *columns.altitude < fields.size() &&
+      !IsAbsent(fields[*columns.altitude])) {
+    fix.altitude_m = ParseFinite(fields[*columns.altitude], where, "altitude");
+  }
+  return fix;
+}
+
+template <typename Take>
+void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Take&& take) {
+  const std::optional<Columns> head = ColumnsOfHead(first_line);
+  const TextFile text(file);
+  Fields fields;
+  std::optional<Columns> columns = head;
+  // A head that is not commented out is a line of the text as well.
+  const size_t first = head && !text.lines().empty() && text.lines()[0].text == first_line ? 1 : 0;
+  for (size_t i = first; i < text.lines().size(); ++i) {
+    const TextLine& line = text.lines()[i];
+    const std::string where = text.Where(line);
+    SplitAtCommas(line.text, &fields);
+    if (!columns) {
+      columns = Columns{};
+      if (fields.size() > kFewestColumns) columns->altitude = kFewestColumns;
+    }
+    const size_t needed = 1 + std::max({columns->time, columns->latitude, columns->longitude});
+    if (fields.size() < needed) {
+      throw Error("{}: {} fields: expected at least {} (time, latitude, longitude)", where,
+                  fields.size(), needed);
+    }
+    const Timestamp time = ParseTime(fields[columns->time], columns->places_of_second, where);
+    if (const std::optional<GeoFix> fix = ParseFix(fields, *columns, where)) {
+      take(TimedFix{time, *fix}, where);
+    }
+  }
+}
+
+void CheckOnGlobe(const GeoFix& fix, const std::string& where) {
+  constexpr double kPole = 90, kFullTurn = 360;
+  if (std::abs(fix.latitude_deg) > kPole) {
+    throw Error("{}: latitude is {}: expected -90 to 90 degrees", where, fix.latitude_deg);
+  }
+  if (std::abs(fix.longitude_deg) > kFullTurn) {
+    throw Error("{}: longitude is {}: expected -180 to 180 degrees", where, fix.longitude_deg);
+  }
+}
+
+}  // namespace
+
+bool IsGnssFile(const std::filesystem::path& file) {
+  const std::string first_line = FirstLine(file);
+  if (IsGpx(file, first_line) || ColumnsOfHead(first_line)) return true;
+  Fields fields;
+  SplitAtCommas(first_line, &fields);
+  double number = 0;
+  return fields.size() >= kFewestColumns && fields.size() < kFewestPoseColumns &&
+         (IsNumber(fields[0], &number) || LooksLikeIsoTime(fields[0]));
+}
+
+std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file) {
+  std::vector<TimedFix> fixes;
+  const auto take = [&fixes](const TimedFix& timed, const std::string& where) {
+    CheckOnGlobe(timed.fix, where);
+    if (!fixes.empty() && timed.time < fixes.back().time) {
+      throw Error("{}: the time lies {} s before that of the fix before: expected growing times",
+                  where, SecondsBetween(timed.time, fixes.back().time));
+    }
+    if (fixes.empty() || fixes.back().time < timed.time) fixes.push_back(timed);
+  };
+  const std::string first_line = FirstLine(file);
+  if (IsGpx(file, first_line)) {
+    VisitGpxPoints(file, take);
+  } else {
+    VisitCsv(file, first_line, take);
+  }
+  if (fixes.empty()) throw Error("{}: holds no position fix", file.string());
+  return fixes;
+}
+
+}  // namespace deepuav

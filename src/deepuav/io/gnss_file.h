@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "deepuav/base/time.h"
+#include "deepuav/io/dataset.h"
+
+namespace deepuav {
+
+/// A position fix of an instant.
+struct TimedFix {
+  Timestamp time;
+  GeoFix fix;
+};
+
+/// Whether a file holds position fixes: a GPX file, or a CSV file whose head names a latitude or
+/// whose lines have 3 to 7 fields (poses have more). Throws Error naming a file that cannot be
+/// read.
+bool IsGnssFile(const std::filesystem::path& file);
+
+/// Reads the fixes of a CSV or GPX (1.0, 1.1) file.
+///
+/// CSV: columns are found by the names in its first line, that of a simulated flight's gps0 for one
+/// ("#timestamp [ns],latitude [deg],longitude [deg],altitude [m],..."); without names they are
+/// time, latitude, longitude and, if there is a fourth, altitude. Times are ISO 8601 or a number in
+/// the unit the name gives (s, ms, us, ns), without one in seconds, or nanoseconds where too large
+/// for these. A line without latitude or with NaN is a moment without fix and left out.
+///
+/// GPX: all points of all tracks, which must have times.
+///
+/// Of several fixes with the same time the first is kept. Throws Error naming file and line for
+/// what is no number, outside of the globe or goes back in time, and for a file without fixes.
+std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file);
+
+}  // namespace deepuav

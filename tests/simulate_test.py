@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""`deepuav simulate` as its users meet it: the dataset, going on after an interruption, wrong use.
+
+  simulate_test.py DEEPUAV
+"""
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+FAILURE, WRONG_USE = 1, 2
+DEEPUAV = None
+FLIGHT = """
+flight:
+  scene: village
+  duration_s: 2
+course:
+  kind: circuit
+  length_m: 60
+  width_m: 30
+camera:
+  model: pinhole
+  width: 96
+  height: 64
+  fx: 70
+  fy: 70
+  cx: 47.5
+  cy: 31.5
+  rate_hz: 4
+scene:
+  extent_m: 400
+  town_radius_m: 60
+"""
+FRAMES = 9  # 0 to 2 s at 4 Hz
+
+
+def call(*arguments):
+    return subprocess.run([DEEPUAV, *map(str, arguments)], capture_output=True, text=True, timeout=200, check=False)
+
+
+def files_of(folder):
+    return {str(file.relative_to(folder)): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file()}
+
+
+def rows_of(file):
+    return [line.split(",") for line in file.read_text().splitlines() if not line.startswith("#")]
+
+
+def png_format(file):
+    """Width, height, bits and colour type of a PNG."""
+    return struct.unpack(">IIBB", file.read_bytes()[16:26])
+
+
+class SimulateTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="deepuav-simulate-test-")
+        cls.folder = Path(cls.scratch.name)
+        cls.flight = cls.folder / "flight.yaml"
+        cls.flight.write_text(FLIGHT)
+        cls.dataset = cls.folder / "dataset"
+        cls.result = cls.simulate(cls.dataset)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    @classmethod
+    def simulate(cls, out, *more):
+        return call("simulate", "--flight", cls.flight, "--out", out, *more)
+
+    def expect_success(self, result):
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def expect_failure(self, result, status, *parts):
+        self.assertEqual(result.returncode, status, result.stderr)
+        self.assertTrue(result.stderr.startswith("deepuav: "), result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+
+    def test_help_and_list(self):
+        self.assertIn("Examples", call("simulate", "--help").stdout)
+        listed = call("simulate", "--list").stdout
+        for file in (ROOT / "flights").glob("*.yaml"):
+            self.assertIn(f"  {file.stem} ", listed)
+        self.assertIn("village", listed)
+
+    def test_dataset_is_complete(self):
+        self.expect_success(self.result)
+        mav0 = self.dataset / "mav0"
+        frames = rows_of(mav0 / "cam0/data.csv")
+        self.assertEqual(len(frames), FRAMES)
+        for stamp, name in frames:
+            self.assertEqual(name, f"{stamp}.jpg")
+            self.assertGreater((mav0 / "cam0/data" / name).stat().st_size, 500)
+        truth = rows_of(self.dataset / "groundtruth_cam0.csv")
+        self.assertEqual([row[0] for row in truth], [row[0] for row in frames])
+        self.assertEqual(len(rows_of(mav0 / "imu0/data.csv")), 401)
+        self.assertEqual(len(rows_of(mav0 / "state_groundtruth_estimate0/data.csv")), 401)
+        self.assertEqual({len(row) for row in rows_of(mav0 / "state_groundtruth_estimate0/data.csv")}, {17})
+        self.assertEqual(len(rows_of(mav0 / "baro0/data.csv")), 41)
+        self.assertTrue({len(row) for row in rows_of(mav0 / "gps0/data.csv")} <= {7})
+        for sensor in ("cam0", "imu0", "gps0", "baro0"):
+            self.assertIn("T_BS", (mav0 / sensor / "sensor.yaml").read_text())
+
+    def test_run_opens_it_and_eval_takes_its_truth(self):
+        result = call("run", self.dataset, "--out", self.folder / "run", "--set", "features.model=absent.onnx")
+        self.expect_failure(result, FAILURE, "absent.onnx")
+        estimate = self.folder / "estimate.txt"
+        lines = []
+        for row in rows_of(self.dataset / "groundtruth_cam0.csv"):
+            p, q = [2 * float(x) for x in row[1:4]], row[4:8]  # twice as large: Sim3 finds it
+            lines.append(f"{row[0][:-9]}.{row[0][-9:]} {p[0]} {p[1]} {p[2]} {q[1]} {q[2]} {q[3]} {q[0]}")
+        estimate.write_text("\n".join(lines) + "\n")
+        result = call("eval", self.dataset, estimate, "--json", "-")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stdout, r'"rmse": \d(\.\d+)?e-\d\d')
+
+    def test_body_truth_and_camera_truth_agree(self):
+        states = {row[0]: [float(x) for x in row[1:4]]
+                  for row in rows_of(self.dataset / "mav0/state_groundtruth_estimate0/data.csv")}
+        for row in rows_of(self.dataset / "groundtruth_cam0.csv"):
+            offset = [float(a) - b for a, b in zip(row[1:4], states[row[0]])]
+            self.assertAlmostEqual(sum(x * x for x in offset) ** 0.5, (0.1 ** 2 + 0.03 ** 2) ** 0.5, places=9)
+
+    def test_same_options_same_bytes_also_in_pieces(self):
+        pieces = self.folder / "pieces"
+        self.expect_success(self.simulate(pieces, "--frames", 3, "--threads", 1))
+        self.assertEqual(len(rows_of(pieces / "mav0/cam0/data.csv")), 3)
+        images = sorted((pieces / "mav0/cam0/data").iterdir())
+        self.assertEqual(len(images), 3)
+        kept = images[0].stat().st_mtime_ns
+        images[1].unlink()
+        self.expect_success(self.simulate(pieces))
+        self.assertEqual(images[0].stat().st_mtime_ns, kept)
+        self.assertEqual(files_of(pieces), files_of(self.dataset))
+
+    def test_seed_changes_the_flight(self):
+        other = self.folder / "seed"
+        self.expect_success(self.simulate(other, "--seed", 2, "--frames", 1))
+        for file in ("mav0/imu0/data.csv", "mav0/gps0/data.csv", "mav0/baro0/data.csv", "groundtruth_cam0.csv"):
+            self.assertNotEqual((other / file).read_bytes(), (self.dataset / file).read_bytes(), file)
+
+    def test_folder_of_another_flight_is_refused(self):
+        before = files_of(self.dataset)
+        self.expect_failure(self.simulate(self.dataset, "--set", "course.height_m=50"), FAILURE, "other options")
+        self.assertEqual(files_of(self.dataset), before)
+
+    def test_written_options_are_a_flight(self):
+        again = self.folder / "again"
+        result = call("simulate", "--flight", self.dataset / "simulation.yaml", "--out", again)
+        self.expect_success(result)
+        self.assertEqual(files_of(again), files_of(self.dataset))
+
+    def test_depth_and_flow(self):
+        out = self.folder / "depth"
+        self.expect_success(self.simulate(out, "--frames", 2, "--set", "output.depth=true", "--set",
+                                          "output.flow=true", "--set", "output.image_format=png"))
+        grey, colour = 0, 2
+        for sensor, kind in (("depth0", (96, 64, 16, grey)), ("flow0", (96, 64, 16, colour)),
+                             ("cam0", (96, 64, 8, grey))):
+            images = sorted((out / "mav0" / sensor / "data").iterdir())
+            self.assertEqual(len(images), 2, sensor)
+            self.assertEqual({png_format(image) for image in images}, {kind}, sensor)
+        self.assertIn("depth_unit_m: 0.01", (out / "mav0/depth0/sensor.yaml").read_text())
+
+    def test_signal_ends_it_and_it_goes_on(self):
+        out = self.folder / "signal"
+        more = ["--set", "camera.rate_hz=40"]
+        process = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
+                                   stdout=subprocess.DEVNULL)
+        images = out / "mav0/cam0/data"
+        deadline = time.monotonic() + 100
+        while not (images.is_dir() and list(images.glob("*.jpg"))) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(timeout=60), 130)
+        listed = rows_of(out / "mav0/cam0/data.csv")
+        self.assertTrue(0 < len(listed) < 81, len(listed))
+        self.assertEqual({row[1] for row in listed}, {image.name for image in images.iterdir()})
+        self.expect_success(self.simulate(out, *more))
+        self.assertEqual(len(rows_of(out / "mav0/cam0/data.csv")), 81)
+
+    def test_wrong_use(self):
+        out = self.folder / "wrong"
+        for arguments, parts in (
+                ([], ["--flight"]), (["--flight", "orbit"], ["--out"]),
+                (["--flight", "orbitt", "--out", out], ["orbitt", "'orbit'"]),
+                (["--flight", self.flight, "--out", out, "--set", "course.hight_m=3"], ["'course.height_m'"]),
+                (["--flight", self.flight, "--out", out, "--set", "course.kind=loop"], ["course.kind is 'loop'"]),
+                (["--flight", self.flight, "--out", out, "--set", "camera.fx=-1"], ["fx"]),
+                (["--flight", self.flight, "--out", out, "--set", "camera.model=equidistant", "--set",
+                  "camera.distortion=1 2"], ["distortion"]),
+                (["--flight", self.flight, "--out", out, "--set", "output.image_format=bmp"], ["bmp"]),
+                (["--flight", self.flight, "--out", out, "--scene", "moon"], ["moon"]),
+                (["--flight", self.flight, "--out", out, "--seed", "-1"], ["--seed"])):
+            with self.subTest(arguments=arguments):
+                self.expect_failure(call("simulate", *arguments), WRONG_USE, *parts)
+        self.assertFalse(out.exists())
+        self.expect_failure(self.simulate(out, "--set", "course.length_m=900"), FAILURE, "the course comes to")
+
+    def test_shipped_flights_can_be_flown(self):
+        for file in sorted((ROOT / "flights").glob("*.yaml")):
+            with self.subTest(flight=file.stem):
+                out = self.folder / "shipped" / file.stem
+                self.expect_success(call("simulate", "--flight", file.stem, "--out", out, "--frames", 0))
+                truth = rows_of(out / "groundtruth_cam0.csv")
+                self.assertGreater(len(truth), 600)
+
+
+if __name__ == "__main__":
+    DEEPUAV = sys.argv.pop(1)
+    unittest.main()
