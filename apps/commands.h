@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
 
 namespace deepuav {
 
@@ -9,8 +11,13 @@ struct ExitStatus {
   int status;
 };
 
+/// Does what the command line says, without the program's name; returns the exit status. Prints, also
+/// the one line of an error.
+int RunProgram(std::vector<std::string> words);
+
 // Each adds one subcommand, whose callback does the work; an Error thrown there ends the program
 // with one line on stderr and status 1.
+void AddDemoCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddEvalCommand(CLI::App& app);
 void AddSimulateCommand(CLI::App& app);

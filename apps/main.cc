@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
@@ -24,27 +25,37 @@ std::string WrongUseMessage(const CLI::App* /*app*/, const CLI::Error& error) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  SilenceLibraries();
+namespace deepuav {
+
+int RunProgram(std::vector<std::string> words) {
   CLI::App app("Deep-UAV SLAM: monocular SLAM for drones with learned features", "deepuav");
   app.set_version_flag("--version", DEEPUAV_VERSION);
   app.require_subcommand(1);
   app.failure_message(WrongUseMessage);
-  deepuav::AddRunCommand(app);
-  deepuav::AddEvalCommand(app);
-  deepuav::AddSimulateCommand(app);
-  deepuav::AddReportCommand(app);
-  deepuav::AddMapCommand(app);
-  deepuav::AddTrainVocabCommand(app);
+  AddDemoCommand(app);
+  AddRunCommand(app);
+  AddEvalCommand(app);
+  AddReportCommand(app);
+  AddSimulateCommand(app);
+  AddMapCommand(app);
+  AddTrainVocabCommand(app);
   try {
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // as the parser wants them
+    app.parse(std::move(words));
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongUse;
-  } catch (const deepuav::ExitStatus& exit) {
+  } catch (const ExitStatus& exit) {
     return exit.status;
   } catch (const std::exception& error) {
-    std::cerr << "deepuav: " << deepuav::OneLine(error.what()) << "\n";
+    std::cerr << "deepuav: " << OneLine(error.what()) << "\n";
     return kFailure;
   }
+}
+
+}  // namespace deepuav
+
+int main(int argc, char** argv) {
+  SilenceLibraries();
+  return deepuav::RunProgram({argv + 1, argv + argc});
 }

@@ -13,6 +13,7 @@
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/point_cloud.h"
 #include "deepuav/io/trajectory.h"
+#include "frame_table.h"
 
 namespace deepuav {
 namespace {
@@ -170,6 +171,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
     if (map == main) continue;
     WriteTrajectory(folder / MapTrajectoryName(map.value), FrameTrajectory(result, map));
   }
+  WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result));
   WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
   WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
   // The large ones last: on a full disk the others are there.

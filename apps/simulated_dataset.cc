@@ -83,9 +83,11 @@ void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
   WriteFileAtomically(options_file, options_yaml);
   WriteImuAndBodyTruth();
   WriteCameraTruthFile();
-  Random gnss_random = StreamOf(options_.flight.seed, kGnss);
-  WriteEurocGnss(mav0_, options_.gnss.rate_hz, options_.gnss.Lever(),
-                 SimulateGnss(*path_, options_.gnss, duration_s_, kStart, &gnss_random));
+  if (options_.gnss.present) {
+    Random gnss_random = StreamOf(options_.flight.seed, kGnss);
+    WriteEurocGnss(mav0_, options_.gnss.rate_hz, options_.gnss.Lever(),
+                   SimulateGnss(*path_, options_.gnss, duration_s_, kStart, &gnss_random));
+  }
   Random barometer_random = StreamOf(options_.flight.seed, kBarometer);
   WriteEurocBarometer(mav0_, options_.barometer.rate_hz,
                       SimulateBarometer(*path_, options_.barometer, options_.gnss.origin_altitude_m,

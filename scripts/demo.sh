@@ -1,24 +1,20 @@
 #!/usr/bin/env bash
-# SLAM over one dataset, into out/demo/.
+# Sets everything up, then: without an argument, simulates a flight, runs SLAM on it, evaluates it and writes a report
+# (out/demo/report.html); with one, runs SLAM over that dataset.
 #   scripts/demo.sh [DATASET]
-# DATASET defaults to data/euroc_mh01_excerpt in $DEEPUAV_SHARED (../shared by default).
 set -euo pipefail
-readonly shared=${DEEPUAV_SHARED:-$(dirname "${BASH_SOURCE[0]}")/../../shared}
-dataset=$(realpath -m "${1:-$shared/data/euroc_mh01_excerpt}")
+dataset=${1:+$(realpath -m "$1")}
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-if [[ ! -e $dataset ]]; then
-  echo "demo.sh: no dataset at $dataset: give one, as in: scripts/demo.sh PATH/TO/MH_01_easy" >&2
+if [[ -n $dataset && ! -e $dataset ]]; then
+  echo "demo.sh: no dataset at $dataset" >&2
   exit 1
 fi
 scripts/setup.sh --target deepuav
 mkdir -p out
+if [[ -z $dataset ]]; then
+  exec build/deepuav demo --out out/demo
+fi
 build/deepuav run "$dataset" --out out/demo
-for truth in "$dataset"/groundtruth_cam0.csv "$dataset"/groundtruth.txt \
-  "$dataset"/mav0/state_groundtruth_estimate0/data.csv; do
-  if [[ -f $truth ]]; then
-    build/deepuav eval "$truth" out/demo/trajectory.txt
-    break
-  fi
-done
+build/deepuav report out/demo
 echo "The result lies in out/demo/"

@@ -5,7 +5,7 @@
 //   backend_sweep DATASET FEATURES_FILE MODEL.onnx VOCABULARY ["name=value name=value ..." ...]
 //
 // VOCABULARY may be empty (""): no place is recognised then. Beside the program's options, stride=N
-// runs every N-th frame, start=N and end=N a part, drop_from=A drop_to=B leaves frames out (a jump
+// runs every N-th frame, repeat=N shows all of it N times, start=N and end=N a part, drop_from=A drop_to=B leaves frames out (a jump
 // of the camera), blind_from=A blind_to=B takes all features away, and keypoints=N keeps the best.
 
 #include <fmt/format.h>
@@ -72,11 +72,14 @@ struct Part {
   int drop_from = 0, drop_to = 0;    // left out: the camera jumps
   int blind_from = 0, blind_to = 0;  // without features: the camera sees nothing
 
+  int repeat = 1;                    // times that all of it is shown, one after the other
+
   int Frame(int index) const {
-    const int frame = start + index * stride;
+    const int frame = start + index % once() * stride;
     return frame < drop_from ? frame : frame + (drop_to - drop_from);
   }
-  int size() const { return (end - start - (drop_to - drop_from) + stride - 1) / stride; }
+  int once() const { return (end - start - (drop_to - drop_from) + stride - 1) / stride; }
+  int size() const { return repeat * once(); }
   bool IsBlind(int frame) const { return frame >= blind_from && frame < blind_to; }
 };
 
@@ -110,7 +113,15 @@ class EmptyImages : public ImageSource {
   std::optional<TimedImage> Next() override {
     if (next_ == part_.size()) return std::nullopt;
     const int index = next_++;
-    return TimedImage{FrameId{index}, dataset_.Time(part_.Frame(index)), {}};
+    return TimedImage{FrameId{index}, TimeOf(index), {}};
+  }
+
+  /// Every repetition follows the one before at the distance of its first two frames.
+  Timestamp TimeOf(int index) const {
+    const auto time = [this](int i) { return dataset_.Time(part_.Frame(i)).nanoseconds; };
+    const int last = part_.once() - 1;
+    const int64_t period = time(last) - time(0) + (time(1) - time(0));
+    return {time(index % part_.once()) + index / part_.once() * period};
   }
 
  private:
@@ -125,6 +136,7 @@ bool SetPart(const std::string& word, Part* part) {
                                               {"end", &part->end},
                                               {"stride", &part->stride},
                                               {"keypoints", &part->keypoints},
+                                              {"repeat", &part->repeat},
                                               {"drop_from", &part->drop_from},
                                               {"drop_to", &part->drop_to},
                                               {"blind_from", &part->blind_from},

@@ -1,0 +1,53 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+
+namespace deepuav {
+namespace {
+
+struct DemoArguments {
+  std::string out = "out/demo", flight = "orbit";
+  int frames = -1;
+};
+
+/// Does what a user would who typed these words. Throws ExitStatus unless it succeeds.
+void Step(const std::vector<std::string>& words) {
+  std::string line = "deepuav";
+  for (const std::string& word : words) line += " " + word;
+  std::cout << "\n$ " << line << std::endl;
+  const int status = RunProgram(words);
+  if (status != 0) throw ExitStatus{status};
+}
+
+void Demo(const DemoArguments& arguments) {
+  const std::filesystem::path out = arguments.out;
+  const std::string flight = out / "flight", run = out / "run", report = out / "report.html";
+  Step({"simulate", "--flight", arguments.flight, "--out", flight, "--frames",
+        std::to_string(arguments.frames)});
+  Step({"run", flight, "--out", run});
+  Step({"eval", flight, run + "/trajectory.txt"});
+  Step({"report", run, "--truth", flight, "--html", report});
+  std::cout << "\nThe report: " << std::filesystem::absolute(report).string() << "\n";
+}
+
+}  // namespace
+
+void AddDemoCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "demo", "Simulate a flight, run SLAM on it, evaluate, write the report");
+  const auto arguments = std::make_shared<DemoArguments>();
+  command->add_option("--out", arguments->out, "Folder for everything")->capture_default_str();
+  command->add_option("--flight", arguments->flight, "As of simulate")->capture_default_str();
+  command->add_option("--frames", arguments->frames, "Render at most this many; -1: all")
+      ->capture_default_str();
+  command->footer("Example:\n  deepuav demo --flight river --out out/river");
+  command->callback([arguments] { Demo(*arguments); });
+}
+
+}  // namespace deepuav
