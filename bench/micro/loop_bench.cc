@@ -1,9 +1,10 @@
-// What closing a loop costs: the similarity in RANSAC, its optimisation, and the pose graph.
+// What closing a loop costs: the optimisation of a similarity, and the pose graph.
 
 #include <benchmark/benchmark.h>
 
 #include "deepuav/estimation/block_cholesky.h"
-#include "deepuav/estimation/sim3_ransac.h"
+#include "deepuav/estimation/pose_graph.h"
+#include "deepuav/estimation/sim3_optimisation.h"
 #include "support/sim3_problems.h"
 
 namespace deepuav {
@@ -15,21 +16,6 @@ SyntheticSim3 Problem(const benchmark::State& state) {
   return MakeSim3Problem(static_cast<int>(state.range(0)), 1.3,
                          {1, 0.05, 0.01 * static_cast<double>(state.range(1))}, &random);
 }
-
-void Sim3Ransac(benchmark::State& state) {
-  const SyntheticSim3 problem = Problem(state);
-  uint64_t seed = 0;
-  int samples = 0;
-  for (auto _ : state) {
-    const auto estimate = EstimateSim3(problem.pinhole, problem.correspondences, ++seed, {});
-    samples += estimate ? estimate->iterations : Sim3RansacOptions().max_iterations;
-  }
-  state.counters["samples"] = benchmark::Counter(samples, benchmark::Counter::kAvgIterations);
-}
-BENCHMARK(Sim3Ransac)
-    ->ArgNames({"correspondences", "outlier_percent"})
-    ->ArgsProduct({{100, 300}, {20, 60}})
-    ->Unit(benchmark::kMicrosecond);
 
 void Sim3Optimisation(benchmark::State& state) {
   const SyntheticSim3 problem = Problem(state);
