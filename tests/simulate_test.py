@@ -158,6 +158,12 @@ class SimulateTest(unittest.TestCase):
         self.expect_success(result)
         self.assertEqual(files_of(again), files_of(self.dataset))
 
+    def test_hall_has_no_fixes(self):
+        out = self.folder / "indoors"
+        self.expect_success(self.simulate(out, "--frames", 0, "--set", "gnss.present=false"))
+        self.assertFalse((out / "mav0/gps0").exists())
+        self.assertTrue((out / "mav0/baro0/data.csv").exists())
+
     def test_depth_and_flow(self):
         out = self.folder / "depth"
         self.expect_success(self.simulate(out, "--frames", 2, "--set", "output.depth=true", "--set",

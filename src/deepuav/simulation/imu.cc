@@ -1,0 +1,62 @@
+#include "deepuav/simulation/imu.h"
+
+#include <cmath>
+
+#include "deepuav/simulation/quadrotor_path.h"
+#include "deepuav/simulation/sensor_clock.h"
+
+namespace deepuav {
+namespace {
+
+Eigen::Vector3d GaussianVector(double sigma, Random* random) {
+  const double x = random->Gaussian(sigma), y = random->Gaussian(sigma);
+  return {x, y, random->Gaussian(sigma)};
+}
+
+}  // namespace
+
+void ImuOptions::Check() const {
+  CheckOption(rate_hz > 0, "imu.rate_hz", rate_hz, "more than 0");
+  const auto check_sigma = [](double sigma, const char* name) {
+    CheckOption(sigma >= 0, name, sigma, "at least 0");
+  };
+  check_sigma(gyroscope_noise_density, "imu.gyroscope_noise_density");
+  check_sigma(gyroscope_random_walk, "imu.gyroscope_random_walk");
+  check_sigma(accelerometer_noise_density, "imu.accelerometer_noise_density");
+  check_sigma(accelerometer_random_walk, "imu.accelerometer_random_walk");
+  check_sigma(gyroscope_start_bias_rad_s, "imu.gyroscope_start_bias_rad_s");
+  check_sigma(accelerometer_start_bias_m_s2, "imu.accelerometer_start_bias_m_s2");
+}
+
+std::vector<SimulatedImuSample> SimulateImu(const FlightPath& path, const ImuOptions& options,
+                                            double duration_s, Timestamp start, Random* random) {
+  const double step_s = 1 / options.rate_hz;
+  const double noise_scale = std::sqrt(options.rate_hz), walk_scale = std::sqrt(step_s);
+  const Eigen::Vector3d gravity(0, 0, -kGravityMps2);
+  Eigen::Vector3d gyroscope_bias = GaussianVector(options.gyroscope_start_bias_rad_s, random);
+  Eigen::Vector3d accelerometer_bias =
+      GaussianVector(options.accelerometer_start_bias_m_s2, random);
+  const int count = SampleCount(duration_s, options.rate_hz);
+  std::vector<SimulatedImuSample> samples;
+  samples.reserve(static_cast<size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    SimulatedImuSample& sample = samples.emplace_back();
+    sample.truth = path.At(i * step_s);
+    sample.gyroscope_bias = gyroscope_bias;
+    sample.accelerometer_bias = accelerometer_bias;
+    sample.measured.time = After(start, i * step_s);
+    sample.measured.angular_velocity =
+        sample.truth.angular_velocity_body + gyroscope_bias +
+        GaussianVector(options.gyroscope_noise_density * noise_scale, random);
+    sample.measured.specific_force =
+        sample.truth.world_from_body.rotation().conjugate() *
+            (sample.truth.acceleration_world - gravity) +
+        accelerometer_bias +
+        GaussianVector(options.accelerometer_noise_density * noise_scale, random);
+    gyroscope_bias += GaussianVector(options.gyroscope_random_walk * walk_scale, random);
+    accelerometer_bias += GaussianVector(options.accelerometer_random_walk * walk_scale, random);
+  }
+  return samples;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,257 @@
+#include "deepuav/simulation/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "deepuav/simulation/camera_rays.h"
+#include "deepuav/simulation/flow.h"
+#include "deepuav/simulation/light_tracer.h"
+#include "deepuav/simulation/moving_scene.h"
+#include "deepuav/simulation/noise.h"
+#include "deepuav/simulation/parallel_rows.h"
+#include "deepuav/simulation/rain.h"
+#include "deepuav/simulation/sensor.h"
+#include "deepuav/simulation/sky.h"
+
+namespace deepuav {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr int kLanes = RayPacket::kSize;
+
+template <typename Options>
+const Options& Checked(const Options& options) {
+  options.Check();
+  return options;
+}
+
+const Camera& Checked(const Camera& camera) {
+  camera.Check("simulated camera");
+  return camera;
+}
+
+// Places in the pixel that a sequence of low discrepancy (Roberts 2018) spreads evenly, about its
+// centre.
+std::vector<Vector2f> SampleOffsets(int count) {
+  constexpr double kStepX = 0.7548776662466927, kStepY = 0.5698402909980532;
+  std::vector<Eigen::Vector2d> offsets;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < count; ++i) {
+    const double x = 0.5 + kStepX * i, y = 0.5 + kStepY * i;
+    offsets.emplace_back(x - std::floor(x), y - std::floor(y));
+    sum += offsets.back();
+  }
+  std::vector<Vector2f> centred;
+  for (const Eigen::Vector2d& offset : offsets) {
+    centred.push_back((offset - sum / count).cast<float>());
+  }
+  return centred;
+}
+
+struct CameraPose {
+  Eigen::Matrix3f rotation;
+  Vector3f position;
+
+  explicit CameraPose(const SE3& world_from_cam)
+      : rotation(world_from_cam.RotationMatrix().cast<float>()),
+        position(world_from_cam.translation().cast<float>()) {}
+};
+
+}  // namespace
+
+class Renderer::Impl {
+ public:
+  Impl(const World& world, const Camera& camera, const RenderOptions& options)
+      : world_(world.geometry()),
+        camera_(Checked(camera)),
+        options_(Checked(options)),
+        rays_(camera_, options.threads),
+        sky_(options.weather, world_.textures()),
+        moving_(world_),
+        sensor_(options.sensor, {camera.width, camera.height}, static_cast<uint64_t>(options.seed),
+                options.threads),
+        offsets_(SampleOffsets(options.sensor.samples)) {}
+
+  double RowTime(double time_s, double row) const {
+    const double middle = (camera_.height - 1) / 2.0;
+    const double span = std::max(1.0, camera_.height - 1.0);
+    return time_s + (row - middle) / span * options_.sensor.rolling_shutter_readout_s;
+  }
+
+  Rendered Render(const PathOfCamera& path, double time_s, int frame_index,
+                  const TruthRequest& truth) {
+    const ExposureSetting setting = MeterExposure(path, time_s);
+    Rendered rendered;
+    rendered.exposure = {time_s - setting.duration_s / 2, setting.duration_s, setting.gain};
+    const double start_s = RowTime(time_s, 0) - setting.duration_s / 2;
+    const double end_s = RowTime(time_s, camera_.height - 1) + setting.duration_s / 2;
+    const bool instant =
+        options_.sensor.samples == 1 && options_.sensor.rolling_shutter_readout_s == 0;
+    moving_.SetInterval(instant ? time_s : start_s, instant ? time_s : end_s);
+
+    cv::Mat1f radiance(camera_.height, camera_.width);
+    const LightTracer tracer(world_, sky_, &moving_);
+    ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
+      for (int y = first; y < last; ++y)
+        TraceRow(tracer, path, time_s, setting.duration_s, y, &radiance);
+    });
+    DrawRain(options_.weather, camera_,
+             {path(time_s - setting.duration_s / 2), path(time_s + setting.duration_s / 2),
+              time_s - setting.duration_s / 2, time_s + setting.duration_s / 2,
+              sky_.Radiance(Vector3f(0.5f, 0.5f, 0.7f).normalized())},
+             static_cast<uint64_t>(options_.seed), &radiance);
+    rendered.image = sensor_.Develop(radiance, setting, frame_index);
+    if (truth.depth || truth.flow_to_time_s) FindTruth(path, time_s, truth, &rendered);
+    return rendered;
+  }
+
+ private:
+  void TraceRow(const LightTracer& tracer, const PathOfCamera& path, double time_s,
+                double duration_s, int y, cv::Mat1f* radiance) const {
+    const int samples = options_.sensor.samples;
+    const float share = 1.0f / static_cast<float>(samples);
+    const float pixel_size = rays_.pixel_size() * std::sqrt(share);
+    const double row_time = RowTime(time_s, y);
+    float* row = (*radiance)[y];
+    std::fill_n(row, camera_.width, 0.0f);
+    for (int sample = 0; sample < samples; ++sample) {
+      const double at = row_time + ((sample + 0.5) / samples - 0.5) * duration_s;
+      const CameraPose pose(path(at));
+      const float ray_time = moving_.RayTime(at);
+      for (int x = 0; x < camera_.width; x += kLanes) {
+        RayPacket packet;
+        FillPacket(pose, x, y, offsets_[static_cast<size_t>(sample)], ray_time, &packet);
+        const std::array<float, kLanes> light = tracer.Radiance(&packet, pixel_size);
+        const int count = std::min(kLanes, camera_.width - x);
+        for (int i = 0; i < count; ++i) row[x + i] += share * light[static_cast<size_t>(i)];
+      }
+    }
+  }
+
+  void FillPacket(const CameraPose& pose, int x, int y, const Vector2f& offset, float ray_time,
+                  RayPacket* packet) const {
+    const bool centred = offset.isZero(0);
+    const int count = std::min(kLanes, camera_.width - x);
+    for (int i = 0; i < count; ++i) {
+      const Vector2f ray = centred ? rays_.At(x + i, y) : rays_.At(x + i, y, offset);
+      if (std::isnan(ray.x()) || std::isnan(ray.y())) continue;
+      packet->Set(i, pose.position, pose.rotation * Vector3f(ray.x(), ray.y(), 1), ray_time);
+    }
+  }
+
+  // The lagging mean, over the last while, of what a few rays see. So a picture follows from its
+  // time alone, not from pictures rendered before.
+  ExposureSetting MeterExposure(const PathOfCamera& path, double time_s) const {
+    constexpr int kProbeStepPx = 24, kMoments = 6;
+    constexpr double kMomentLags = 0.5;
+    const double lag_s = options_.sensor.exposure_lag_s;
+    const LightTracer tracer(world_, sky_, nullptr);
+    double weighted = 0, weights = 0;
+    for (int k = 0; k < (lag_s > 0 ? kMoments : 1); ++k) {
+      const CameraPose pose(path(time_s - k * kMomentLags * lag_s));
+      std::vector<float> radiances;
+      for (int y = kProbeStepPx / 2; y < camera_.height; y += kProbeStepPx) {
+        for (int x = kProbeStepPx / 2; x < camera_.width; x += kProbeStepPx * kLanes) {
+          RayPacket packet;
+          for (int i = 0; i < kLanes; ++i) {
+            const int column = x + i * kProbeStepPx;
+            if (column >= camera_.width) break;
+            const Vector2f ray = rays_.At(column, y);
+            if (std::isnan(ray.x())) continue;
+            packet.Set(i, pose.position, pose.rotation * Vector3f(ray.x(), ray.y(), 1), 0);
+          }
+          const auto light = tracer.Radiance(&packet, kProbeStepPx * rays_.pixel_size());
+          for (int i = 0; i < kLanes; ++i) {
+            if (packet.valid[static_cast<size_t>(i)] != 0)
+              radiances.push_back(light[static_cast<size_t>(i)]);
+          }
+        }
+      }
+      const double weight = std::exp(-k * kMomentLags);
+      weighted += weight * std::log(MeteredScale(options_.sensor, radiances));
+      weights += weight;
+    }
+    return SettingFor(options_.sensor, std::exp(weighted / weights));
+  }
+
+  void FindTruth(const PathOfCamera& path, double time_s, const TruthRequest& truth,
+                 Rendered* rendered) {
+    const cv::Size size(camera_.width, camera_.height);
+    const bool global = options_.sensor.rolling_shutter_readout_s == 0;
+    std::optional<RowwiseProjection> other;
+    if (truth.depth) rendered->depth_m = cv::Mat1f::zeros(size);
+    if (truth.flow_to_time_s) {
+      const float nan = std::numeric_limits<float>::quiet_NaN();
+      rendered->flow_px = cv::Mat2f(size, cv::Vec2f(nan, nan));
+      const double to_s = *truth.flow_to_time_s;
+      other.emplace(camera_, global,
+                    [&](double row) { return path(global ? to_s : RowTime(to_s, row)); });
+    }
+    const LightTracer tracer(world_, sky_, &moving_);
+    ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
+      for (int y = first; y < last; ++y) {
+        const double at = RowTime(time_s, y);
+        const CameraPose pose(path(at));
+        for (int x = 0; x < camera_.width; x += kLanes) {
+          RayPacket packet;
+          FillPacket(pose, x, y, Vector2f::Zero(), moving_.RayTime(at), &packet);
+          tracer.Intersect(&packet);
+          for (int i = 0; i < std::min(kLanes, camera_.width - x); ++i) {
+            if (!packet.Hits(i)) continue;
+            if (truth.depth) rendered->depth_m(y, x + i) = packet.Depth(i);
+            if (!other) continue;
+            const auto pixel =
+                LaterPixel(*other, tracer.PointAt(packet, i), *truth.flow_to_time_s, y);
+            if (pixel) {
+              rendered->flow_px(y, x + i) = cv::Vec2f(static_cast<float>(pixel->x() - (x + i)),
+                                                      static_cast<float>(pixel->y() - y));
+            }
+          }
+        }
+      }
+    });
+  }
+
+  std::optional<Eigen::Vector2d> LaterPixel(const RowwiseProjection& other,
+                                            const SurfacePoint& point, double to_s, int row) const {
+    if (!point.moving) {
+      const Eigen::Vector3d position = point.position.cast<double>();
+      return other.Project([&](double) { return position; }, row);
+    }
+    const Traffic& traffic = world_.outdoors()->traffic;
+    const Traffic::Mover& mover = traffic.movers()[point.geometry];
+    const auto position_at = [&](double other_row) {
+      const Placement placement = traffic.PlacementAt(mover, RowTime(to_s, other_row));
+      return Eigen::Vector3d((placement * point.object_position.homogeneous()).cast<double>());
+    };
+    return other.Project(position_at, row);
+  }
+
+  const WorldGeometry& world_;
+  Camera camera_;
+  RenderOptions options_;
+  CameraRays rays_;
+  Sky sky_;
+  MovingScene moving_;
+  Sensor sensor_;
+  std::vector<Vector2f> offsets_;
+};
+
+Renderer::Renderer(const World& world, const Camera& camera, const RenderOptions& options)
+    : impl_(std::make_unique<Impl>(world, camera, options)) {}
+
+Renderer::~Renderer() = default;
+
+Rendered Renderer::Render(const PathOfCamera& world_from_cam, double time_s, int frame_index,
+                          const TruthRequest& truth) {
+  return impl_->Render(world_from_cam, time_s, frame_index, truth);
+}
+
+double Renderer::RowTime(double time_s, double row) const { return impl_->RowTime(time_s, row); }
+
+}  // namespace deepuav
