@@ -15,6 +15,24 @@ install_python_packages() {
   cp "$requirements" "$stamp"
 }
 
+# What the tests of the pages open them with; without, they are skipped.
+install_packages() {
+  local missing=() package
+  for package in chromium chromium-driver python3-selenium; do
+    [[ $(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
+  done
+  if ((${#missing[@]} == 0)); then return; fi
+  local as_root=()
+  if ((EUID != 0)); then
+    if ! command -v sudo >/dev/null; then
+      echo "test.sh: without root or sudo the tests of the pages are skipped: no ${missing[*]}" >&2
+      return
+    fi
+    as_root=(sudo)
+  fi
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
+}
+
 preset=release
 if [[ ${1:-} == --sanitizer ]]; then
   case ${2:-} in
@@ -29,6 +47,7 @@ if [[ ${1:-} == --sanitizer ]]; then
 fi
 
 scripts/setup.sh --preset "$preset"
+install_packages
 install_python_packages
 
 if [[ -z ${DEEPUAV_SHARED:-} && -d ../shared ]]; then

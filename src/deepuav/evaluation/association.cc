@@ -47,6 +47,17 @@ void KeepNearestOfShared(std::vector<Match>& matches) {
   matches = std::move(kept);
 }
 
+int64_t RoundedNanoseconds(double seconds) {
+  return static_cast<int64_t>(std::llround(seconds * kNanosecondsPerSecond));
+}
+
+TimedPose Interpolate(const TimedPose& before, const TimedPose& after, Timestamp time) {
+  const double ratio = SecondsBetween(before.time, time) / SecondsBetween(before.time, after.time);
+  const SE3 &first = before.world_from_cam, &second = after.world_from_cam;
+  return {time, SE3(first.rotation().slerp(ratio, second.rotation()),
+                    (1 - ratio) * first.translation() + ratio * second.translation())};
+}
+
 std::string RangeText(const Trajectory& trajectory, double offset_s) {
   if (trajectory.empty()) return "no poses";
   return fmt::format("{:.3f} to {:.3f} s", trajectory.front().time.seconds() + offset_s,
@@ -60,16 +71,15 @@ void AssociationOptions::Check() const {
               max_difference_s, "0 s or more");
   CheckOption(std::abs(time_offset_s) < kLongestSpan_s, "time_offset_s", time_offset_s,
               "a number of seconds");
+  CheckOption(max_gap_s >= 0 && max_gap_s < kLongestSpan_s, "max_gap_s", max_gap_s, "0 s or more");
 }
 
 std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory& estimate,
                                       const AssociationOptions& options) {
   options.Check();
   const bool truth_is_shorter = truth.size() < estimate.size();
-  const auto offset =
-      static_cast<int64_t>(std::llround(options.time_offset_s * kNanosecondsPerSecond));
-  const auto limit =
-      static_cast<int64_t>(std::llround(options.max_difference_s * kNanosecondsPerSecond));
+  const int64_t offset = RoundedNanoseconds(options.time_offset_s);
+  const int64_t limit = RoundedNanoseconds(options.max_difference_s);
   const std::vector<int64_t> truth_stamps = Nanoseconds(truth, 0);
   const std::vector<int64_t> estimate_stamps = Nanoseconds(estimate, offset);
   const std::vector<int64_t>& few = truth_is_shorter ? truth_stamps : estimate_stamps;
@@ -97,6 +107,37 @@ std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory&
                                      : AssociatedPair{match.many, match.few});
   }
   return pairs;
+}
+
+InterpolatedEstimate InterpolateAtTruth(const Trajectory& truth, const Trajectory& estimate,
+                                        const AssociationOptions& options) {
+  options.Check();
+  const int64_t offset = RoundedNanoseconds(options.time_offset_s);
+  const int64_t max_gap = RoundedNanoseconds(options.max_gap_s);
+  InterpolatedEstimate result;
+  size_t after = 0;
+  for (const TimedPose& pose : truth) {
+    const Timestamp time{pose.time.nanoseconds - offset};
+    while (after < estimate.size() && estimate[after].time < time) ++after;
+    if (after == estimate.size()) break;
+    if (estimate[after].time == time) {
+      result.estimate.push_back(estimate[after]);
+    } else if (after > 0 &&
+               estimate[after].time.nanoseconds - estimate[after - 1].time.nanoseconds <= max_gap) {
+      result.estimate.push_back(Interpolate(estimate[after - 1], estimate[after], time));
+    } else {
+      continue;
+    }
+    result.truth.push_back(pose);
+  }
+  if (result.truth.empty()) {
+    throw Error(
+        "No moment of the truth lies between poses of the estimate that are at most {} s apart: "
+        "the truth spans {}, the estimate {}{}",
+        options.max_gap_s, RangeText(truth, 0), RangeText(estimate, options.time_offset_s),
+        options.time_offset_s == 0 ? "" : " with the time offset");
+  }
+  return result;
 }
 
 int CountSharedPoses(const std::vector<AssociatedPair>& pairs) {

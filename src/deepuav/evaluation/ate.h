@@ -18,10 +18,12 @@ struct AbsoluteError {
 
 /// Compares pose i of `truth` with pose i of `estimate`, after the estimate was moved by the
 /// alignment of `kind` (nothing: as it is). `horizontal`: the error is the distance in x and y
-/// alone; the alignment stays the three-dimensional one. Throws Error if the sizes differ, there is
-/// no pose, or the positions do not determine the alignment.
+/// alone; the alignment stays the three-dimensional one. `antenna_cam_m`: the truth is the path of
+/// this point of the camera, metres. Throws Error if the sizes differ, there is no pose, or the
+/// positions do not determine the alignment.
 AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& estimate,
-                                   std::optional<AlignmentKind> kind, bool horizontal = false);
+                                   std::optional<AlignmentKind> kind, bool horizontal = false,
+                                   const Eigen::Vector3d& antenna_cam_m = Eigen::Vector3d::Zero());
 
 /// The poses after their world moved by the similarity: positions scaled, orientations turned.
 Trajectory MoveTrajectory(const Sim3& new_from_old, const Trajectory& trajectory);

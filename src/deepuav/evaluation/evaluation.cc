@@ -6,6 +6,8 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
+#include "deepuav/evaluation/lever_arm.h"
+#include "deepuav/evaluation/time_offset.h"
 
 namespace deepuav {
 namespace {
@@ -25,6 +27,41 @@ bool IsWhole(const EvaluationOptions& options) {
   return options.start_s <= 0 && std::isinf(options.end_s);
 }
 
+/// The part of the truth asked for, into `part_of_truth`, and that of the estimate.
+Trajectory SelectPart(const Trajectory& truth, const Trajectory& estimate,
+                      const EvaluationOptions& options, const AssociationOptions& association,
+                      Trajectory* part_of_truth) {
+  *part_of_truth = truth;
+  if (IsWhole(options)) return estimate;
+  const Timestamp origin = truth.front().time;
+  const double margin_s =
+      association.interpolate ? association.max_gap_s : association.max_difference_s;
+  *part_of_truth = PartOf(truth, origin, 0, options.start_s, options.end_s);
+  Trajectory part = PartOf(estimate, origin, association.time_offset_s, options.start_s - margin_s,
+                           options.end_s + margin_s);
+  if (part_of_truth->empty() || part.empty()) {
+    throw Error("Between {} s and {} s there are {} poses of the truth and {} of the estimate",
+                options.start_s, options.end_s, part_of_truth->size(), part.size());
+  }
+  return part;
+}
+
+void MatchPoses(const Trajectory& estimate, const AssociationOptions& association,
+                Evaluation* evaluation) {
+  if (association.interpolate) {
+    InterpolatedEstimate matched = InterpolateAtTruth(evaluation->truth, estimate, association);
+    evaluation->matched_truth = std::move(matched.truth);
+    evaluation->matched_estimate = std::move(matched.estimate);
+    return;
+  }
+  const std::vector<AssociatedPair> pairs = Associate(evaluation->truth, estimate, association);
+  evaluation->shared_poses = CountSharedPoses(pairs);
+  for (const AssociatedPair& pair : pairs) {
+    evaluation->matched_truth.push_back(evaluation->truth[pair.truth]);
+    evaluation->matched_estimate.push_back(estimate[pair.estimate]);
+  }
+}
+
 }  // namespace
 
 void EvaluationOptions::Check() const {
@@ -32,6 +69,10 @@ void EvaluationOptions::Check() const {
   rpe.Check();
   CheckOption(std::isfinite(start_s) && start_s >= 0, "start_s", start_s, "0 s or more");
   CheckOption(end_s > start_s, "end_s", end_s, "more than start_s");
+  CheckOption(std::isfinite(search_offset_s) && search_offset_s >= 0, "search_offset_s",
+              search_offset_s, "0 s or more");
+  if (antenna_cam_m && !antenna_cam_m->allFinite())
+    throw Error("The lever arm is not finite: expected metres");
 }
 
 double Evaluation::Completeness() const {
@@ -40,44 +81,40 @@ double Evaluation::Completeness() const {
   return truth.empty() ? 0 : static_cast<double>(found.size()) / static_cast<double>(truth.size());
 }
 
+Eigen::Vector3d AntennaOf(const Truth& truth, const EvaluationOptions& options) {
+  return options.antenna_cam_m.value_or(truth.antenna_cam_m);
+}
+
 Evaluation EvaluateTrajectory(const Truth& truth, const Trajectory& estimate,
                               const EvaluationOptions& options) {
   options.Check();
   if (truth.trajectory.empty()) throw Error("The truth has no poses");
   if (estimate.empty()) throw Error("The estimate has no poses");
+  AssociationOptions association = options.association;
+  association.interpolate |= options.search_offset_s > 0 || truth.has_own_clock;
+  if (options.search_offset_s > 0)
+    association.time_offset_s = SearchTimeOffset(truth, estimate, options);
+
   Evaluation evaluation;
-  evaluation.truth = truth.trajectory;
-  Trajectory part_of_estimate = estimate;
-  if (!IsWhole(options)) {
-    const Timestamp origin = truth.trajectory.front().time;
-    const double margin_s = options.association.max_difference_s;
-    evaluation.truth = PartOf(truth.trajectory, origin, 0, options.start_s, options.end_s);
-    part_of_estimate = PartOf(estimate, origin, options.association.time_offset_s,
-                              options.start_s - margin_s, options.end_s + margin_s);
-    if (evaluation.truth.empty() || part_of_estimate.empty()) {
-      throw Error("Between {} s and {} s there are {} poses of the truth and {} of the estimate",
-                  options.start_s, options.end_s, evaluation.truth.size(), part_of_estimate.size());
-    }
-  }
+  evaluation.time_offset_s = association.time_offset_s;
+  evaluation.interpolated = association.interpolate;
+  evaluation.horizontal = options.horizontal || !truth.has_altitude;
+  evaluation.antenna_cam_m = AntennaOf(truth, options);
+  const Trajectory part_of_estimate =
+      SelectPart(truth.trajectory, estimate, options, association, &evaluation.truth);
   evaluation.estimate_poses = static_cast<int>(part_of_estimate.size());
+  MatchPoses(part_of_estimate, association, &evaluation);
 
-  const std::vector<AssociatedPair> pairs =
-      Associate(evaluation.truth, part_of_estimate, options.association);
-  evaluation.shared_poses = CountSharedPoses(pairs);
-  for (const AssociatedPair& pair : pairs) {
-    evaluation.matched_truth.push_back(evaluation.truth[pair.truth]);
-    evaluation.matched_estimate.push_back(part_of_estimate[pair.estimate]);
-  }
-
-  evaluation.ate = ComputeAbsoluteError(evaluation.matched_truth, evaluation.matched_estimate,
-                                        options.alignment, options.horizontal);
-  evaluation.matched_estimate =
-      MoveTrajectory(evaluation.ate.truth_from_estimate, evaluation.matched_estimate);
+  evaluation.ate =
+      ComputeAbsoluteError(evaluation.matched_truth, evaluation.matched_estimate, options.alignment,
+                           evaluation.horizontal, evaluation.antenna_cam_m);
+  evaluation.matched_estimate = MoveToAntenna(
+      evaluation.ate.truth_from_estimate, evaluation.matched_estimate, evaluation.antenna_cam_m);
   evaluation.rpe =
       truth.has_orientation
           ? ComputeRelativeError(evaluation.matched_truth, evaluation.matched_estimate, options.rpe)
           : ComputeRelativeDistanceError(evaluation.matched_truth, evaluation.matched_estimate,
-                                         options.rpe, options.horizontal);
+                                         options.rpe, evaluation.horizontal);
   return evaluation;
 }
 

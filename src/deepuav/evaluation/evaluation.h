@@ -17,6 +17,11 @@ struct EvaluationOptions {
       AlignmentKind::kSimilar;  ///< Nothing: compare as they are.
   bool horizontal = false;      ///< Position errors in x and y alone.
   RpeOptions rpe;
+  double search_offset_s = 0;  ///< Search the time offset this far around association's, seconds;
+                               ///< 0: take that as it is.
+  std::optional<Eigen::Vector3d>
+      antenna_cam_m;  ///< Point of the camera whose path the truth is, metres in the camera's axes;
+                      ///< nothing: the truth's own.
   double start_s =
       0;  ///< Part of the truth to use: from here on, seconds from its first time stamp,
   double end_s = std::numeric_limits<double>::infinity();  ///< to here.
@@ -27,6 +32,7 @@ struct EvaluationOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("horizontal", horizontal, "", "position errors in x and y alone");
+    visit("search_offset_s", search_offset_s, "s", "search the time offset this far both ways");
     visit("start_s", start_s, "s", "start of the part to evaluate, from the first truth");
     visit("end_s", end_s, "s", "end of the part to evaluate, from the first truth");
   }
@@ -39,6 +45,10 @@ struct Evaluation {
   Trajectory matched_truth;     ///< One pose a pair.
   Trajectory matched_estimate;  ///< One pose a pair, aligned; times as in the estimate's file.
   int shared_poses = 0;         ///< Pairs that share a pose with another pair.
+  double time_offset_s = 0;     ///< Added to the estimate's times: as found, where searched.
+  bool interpolated = false;    ///< Compared at the truth's moments, not at the nearest poses.
+  bool horizontal = false;      ///< Errors are of x and y alone.
+  Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();
   AbsoluteError ate;
   std::optional<RelativeError> rpe;  ///< Nothing where no two poses are the step apart.
 
@@ -46,8 +56,13 @@ struct Evaluation {
   double Completeness() const;
 };
 
-/// Associates, aligns and compares. Throws Error if nothing can be associated or the alignment is
-/// not determined.
+/// The point of the camera whose path the truth is, metres.
+Eigen::Vector3d AntennaOf(const Truth& truth, const EvaluationOptions& options);
+
+/// Searches the time offset if asked to, associates, aligns and compares. The estimate is
+/// interpolated where options say so, where the time offset is searched and for a truth with a
+/// clock of its own; errors are horizontal where options say so and for a truth without altitude.
+/// Throws Error if nothing can be associated or the alignment is not determined.
 Evaluation EvaluateTrajectory(const Truth& truth, const Trajectory& estimate,
                               const EvaluationOptions& options = {});
 

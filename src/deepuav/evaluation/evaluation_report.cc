@@ -103,6 +103,9 @@ RpeUnit ParseRpeUnit(const std::string& name) {
 nlohmann::json EvaluationJson(const Evaluation& evaluation, const EvaluationOptions& options) {
   nlohmann::json times = nlohmann::json::array();
   for (const TimedPose& pose : evaluation.matched_truth) times.push_back(pose.time.nanoseconds);
+  const Eigen::Vector3d& antenna_cam_m = evaluation.antenna_cam_m;
+  const auto antenna =
+      nlohmann::json::array({antenna_cam_m.x(), antenna_cam_m.y(), antenna_cam_m.z()});
   nlohmann::json json = {
       {"truth_poses", evaluation.truth.size()},
       {"truth_path_m", PathLength(evaluation.truth)},
@@ -111,7 +114,10 @@ nlohmann::json EvaluationJson(const Evaluation& evaluation, const EvaluationOpti
       {"shared_poses", evaluation.shared_poses},
       {"completeness", evaluation.Completeness()},
       {"alignment", AlignmentJson(evaluation.ate.truth_from_estimate, options.alignment)},
-      {"horizontal", options.horizontal},
+      {"horizontal", evaluation.horizontal},
+      {"interpolated", evaluation.interpolated},
+      {"time_offset_s", evaluation.time_offset_s},
+      {"antenna_cam_m", antenna},
       {"ate_m", StatisticsJson(evaluation.ate.statistics_m)},
       {"per_pose", {{"truth_time_ns", times}, {"error_m", evaluation.ate.errors_m}}}};
   json["rpe"] = evaluation.rpe ? RelativeErrorJson(*evaluation.rpe, options.rpe) : nlohmann::json();
@@ -127,12 +133,21 @@ std::string EvaluationTable(const Evaluation& evaluation, const EvaluationOption
     table += fmt::format("{} pairs share a pose with another pair (--one-to-one drops them)\n",
                          evaluation.shared_poses);
   }
+  if (evaluation.interpolated) table += "The estimate is interpolated at the truth's moments\n";
+  if (evaluation.time_offset_s != 0) {
+    table += fmt::format("Time offset {:+.6f} s added to the estimate{}\n",
+                         evaluation.time_offset_s, options.search_offset_s > 0 ? ", as found" : "");
+  }
+  if (const Eigen::Vector3d& antenna = evaluation.antenna_cam_m; !antenna.isZero()) {
+    table += fmt::format("The truth is the path of the camera's point {:.3f}, {:.3f}, {:.3f} m\n",
+                         antenna.x(), antenna.y(), antenna.z());
+  }
   table += fmt::format("Truth path {:.3f} m; alignment {}, scale {:.6f}\n\n",
                        PathLength(evaluation.truth), AlignmentName(options.alignment),
                        evaluation.ate.truth_from_estimate.scale());
   table += fmt::format("{:<22}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}\n", "", "rmse", "mean", "median",
                        "std", "min", "max");
-  table += StatisticsRow(options.horizontal ? "ATE horizontal, m" : "ATE, m",
+  table += StatisticsRow(evaluation.horizontal ? "ATE horizontal, m" : "ATE, m",
                          evaluation.ate.statistics_m);
   return table + RelativeErrorRows(evaluation, options.rpe);
 }

@@ -125,17 +125,16 @@ std::optional<RelativeError> ComputeRelativeError(const Trajectory& truth,
   RelativeError result;
   result.pairs = PairsOf(truth, aligned_estimate, options);
   if (result.pairs.empty()) return std::nullopt;
-  std::vector<double> translations_m, rotations_deg;
   for (const auto& [i, j] : result.pairs) {
     const SE3 true_motion = truth[i].world_from_cam.Inverse() * truth[j].world_from_cam;
     const SE3 motion =
         aligned_estimate[i].world_from_cam.Inverse() * aligned_estimate[j].world_from_cam;
     const SE3 error = true_motion.Inverse() * motion;
-    translations_m.push_back(error.translation().norm());
-    rotations_deg.push_back(kDegreesPerRadian * error.Angle());
+    result.errors_m.push_back(error.translation().norm());
+    result.errors_deg.push_back(kDegreesPerRadian * error.Angle());
   }
-  result.translation_m = ComputeStatistics(translations_m);
-  result.rotation_deg = ComputeStatistics(rotations_deg);
+  result.translation_m = ComputeStatistics(result.errors_m);
+  result.rotation_deg = ComputeStatistics(result.errors_deg);
   return result;
 }
 
@@ -151,11 +150,10 @@ std::optional<RelativeError> ComputeRelativeDistanceError(const Trajectory& trut
         trajectory[j].world_from_cam.translation() - trajectory[i].world_from_cam.translation();
     return horizontal ? step.head<2>().norm() : step.norm();
   };
-  std::vector<double> differences_m;
   for (const auto& [i, j] : result.pairs) {
-    differences_m.push_back(std::abs(distance(truth, i, j) - distance(aligned_estimate, i, j)));
+    result.errors_m.push_back(std::abs(distance(truth, i, j) - distance(aligned_estimate, i, j)));
   }
-  result.translation_m = ComputeStatistics(differences_m);
+  result.translation_m = ComputeStatistics(result.errors_m);
   return result;
 }
 

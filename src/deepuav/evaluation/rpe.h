@@ -38,6 +38,8 @@ PosePairs SelectPosePairs(const Trajectory& trajectory, const RpeOptions& option
 /// The relative pose error (Sturm et al. 2012).
 struct RelativeError {
   PosePairs pairs;
+  std::vector<double> errors_m;    ///< One a pair.
+  std::vector<double> errors_deg;  ///< One a pair; none where the truth has no orientation.
   ErrorStatistics translation_m;
   std::optional<ErrorStatistics> rotation_deg;  ///< Nothing where the truth has no orientation.
 };

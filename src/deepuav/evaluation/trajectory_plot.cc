@@ -132,7 +132,7 @@ void DrawTitleAndLegend(SvgWriter& svg, const Evaluation& evaluation,
                         const EvaluationOptions& options) {
   svg.Text(kTitle,
            fmt::format("{} rmse {:.4g} m, alignment {}, {} poses, completeness {:.1f} %",
-                       options.horizontal ? "Horizontal ATE" : "ATE",
+                       evaluation.horizontal ? "Horizontal ATE" : "ATE",
                        evaluation.ate.statistics_m.rmse, AlignmentName(options.alignment),
                        evaluation.matched_truth.size(), 100 * evaluation.Completeness()),
            TextAnchor::kStart, kTitleFont);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "deepuav/io/dataset.h"
+#include "deepuav/io/gnss_file.h"
 #include "deepuav/io/trajectory.h"
 
 namespace deepuav {
@@ -12,22 +13,30 @@ namespace deepuav {
 struct Truth {
   Trajectory trajectory;
   bool has_orientation = true;  ///< False for fixes: the poses' rotations then mean nothing.
-};
-
-/// A position fix of a frame.
-struct TimedFix {
-  Timestamp time;
-  GeoFix fix;
+  bool has_altitude = true;     ///< False: z means nothing, and errors are horizontal.
+  bool has_own_clock = false;   ///< Taken at other moments than the images, as by a receiver.
+  Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();  ///< Whose positions they are.
 };
 
 /// The fixes in metres east, north and up of the first. Without `use_altitude`, or where any fix
 /// has no altitude, all are taken at the ellipsoid's height.
 Trajectory LocalTrajectory(const std::vector<TimedFix>& fixes, bool use_altitude);
 
-/// Reads a file as ReadTrajectory does; of a folder with images the truth that lies in it:
-/// groundtruth_cam0.csv, groundtruth.txt, mav0/state_groundtruth_estimate0/data.csv (poses of the
-/// body, turned into the camera's by the dataset's body_from_cam), else the photographs' EXIF
-/// positions. Throws Error if there is none.
-Truth LoadTruth(const std::filesystem::path& path, bool use_altitude = true);
+/// Which altitudes of fixes are used.
+struct TruthOptions {
+  bool altitude = true;              ///< Of receivers.
+  bool photograph_altitude = false;  ///< Of EXIF: often of another origin, or a constant.
+};
+
+/// Reads a file of poses as ReadTrajectory does or of fixes as ReadGnssFile does; of a folder with
+/// images the truth that lies in it: groundtruth_cam0.csv, groundtruth.txt,
+/// mav0/state_groundtruth_estimate0/data.csv (poses of the body, turned into the camera's by the
+/// dataset's body_from_cam), mav0/gps0/data.csv, else the photographs' EXIF positions. The
+/// antenna's place is known where a sensor.yaml with T_BS lies beside the file of fixes and in the
+/// folder cam0 beside that. Throws Error if there is no truth.
+Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options = {});
+inline Truth LoadTruth(const std::filesystem::path& path, bool use_altitude) {
+  return LoadTruth(path, TruthOptions{.altitude = use_altitude});
+}
 
 }  // namespace deepuav

@@ -59,9 +59,11 @@ TEST(LoadTruth, PhotographsGiveFixes) {
   const std::filesystem::path survey =
       std::filesystem::path(shared ? shared : "../shared") / "data/uav_nadir_survey";
   if (!std::filesystem::exists(survey)) GTEST_SKIP() << "no " << survey;
-  const Truth truth = LoadTruth(survey, false);
+  const Truth truth = LoadTruth(survey);
   EXPECT_EQ(truth.trajectory.size(), 172u);
   EXPECT_FALSE(truth.has_orientation);
+  EXPECT_FALSE(truth.has_altitude);
+  EXPECT_FALSE(truth.has_own_clock);
   double path_m = 0;
   for (size_t i = 1; i < truth.trajectory.size(); ++i) {
     path_m += (truth.trajectory[i].world_from_cam.translation() -

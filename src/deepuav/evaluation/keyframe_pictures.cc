@@ -1,0 +1,129 @@
+#include "deepuav/evaluation/keyframe_pictures.h"
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <vector>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/options.h"
+#include "deepuav/evaluation/packed_array.h"
+
+namespace deepuav {
+namespace {
+
+std::vector<const Keyframe*> ByTime(const Map& map) {
+  std::vector<const Keyframe*> keyframes;
+  map.keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(&keyframe); });
+  std::sort(keyframes.begin(), keyframes.end(),
+            [](const Keyframe* a, const Keyframe* b) { return a->frame.time < b->frame.time; });
+  return keyframes;
+}
+
+std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
+  int low = 0, high = dataset.size();
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    if (dataset.Time(middle) < time) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  if (low == dataset.size() || dataset.Time(low) != time) return std::nullopt;
+  return low;
+}
+
+/// A JPEG as data URI; empty where the dataset does not have the frame.
+std::string ImageUri(Dataset* dataset, Timestamp time, const PictureOptions& options) {
+  const std::optional<int> frame = FrameAt(*dataset, time);
+  if (!frame) return "";
+  cv::Mat image;
+  try {
+    image = dataset->Load(*frame);
+  } catch (const Error&) {  // The page shows the key points alone.
+    return "";
+  }
+  if (image.cols > options.width_px) {
+    const double ratio = static_cast<double>(options.width_px) / image.cols;
+    cv::resize(image, image, {}, ratio, ratio, cv::INTER_AREA);
+  }
+  std::vector<uint8_t> jpeg;
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality});
+  return "data:image/jpeg;base64," +
+         Base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+}
+
+uint16_t ToShort(float value, int limit) {
+  return static_cast<uint16_t>(std::clamp(std::lround(value), 0L, static_cast<long>(limit)));
+}
+
+nlohmann::json View(const Keyframe& keyframe, const Camera& camera, Dataset* dataset,
+                    const PictureOptions& options) {
+  std::vector<uint16_t> points;
+  std::vector<uint8_t> mapped;
+  const std::vector<Keypoint>& keypoints = keyframe.features().keypoints;
+  for (size_t i = 0; i < keypoints.size(); ++i) {
+    points.push_back(ToShort(keypoints[i].image_px.x(), camera.width));
+    points.push_back(ToShort(keypoints[i].image_px.y(), camera.height));
+    mapped.push_back(keyframe.landmarks[i].valid() ? 1 : 0);
+  }
+  nlohmann::json view = {{"time_s", keyframe.frame.time.seconds()},
+                         {"keyframe", keyframe.id.value},
+                         {"width", camera.width},
+                         {"height", camera.height},
+                         {"points", PackShorts(points)},
+                         {"mapped", PackBytes(mapped)}};
+  if (dataset) {
+    const std::string image = ImageUri(dataset, keyframe.frame.time, options);
+    if (!image.empty()) view["image"] = image;
+  }
+  return view;
+}
+
+/// The key points of the two that show the same landmarks, by turns.
+std::vector<uint16_t> SharedKeypoints(const Map& map, const Keyframe& first,
+                                      const Keyframe& second) {
+  std::vector<uint16_t> matches;
+  for (size_t i = 0; i < first.landmarks.size(); ++i) {
+    if (!first.landmarks[i].valid()) continue;
+    for (const Observation& observation : map.At(first.landmarks[i]).observations) {
+      if (observation.keyframe != second.id) continue;
+      matches.push_back(static_cast<uint16_t>(i));
+      matches.push_back(static_cast<uint16_t>(observation.keypoint));
+    }
+  }
+  return matches;
+}
+
+}  // namespace
+
+void PictureOptions::Check() const {
+  CheckOption(pairs >= 0, "pairs", pairs, "0 or more");
+  CheckOption(width_px >= 1, "width_px", width_px, "at least 1");
+  CheckOption(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg_quality", jpeg_quality, "0 to 100");
+}
+
+nlohmann::json KeyframePictures(const Map& map, const Camera& camera, Dataset* dataset,
+                                const PictureOptions& options) {
+  options.Check();
+  const std::vector<const Keyframe*> keyframes = ByTime(map);
+  nlohmann::json pictures = nlohmann::json::array();
+  if (keyframes.size() < 2) return pictures;
+  const size_t possible = keyframes.size() - 1;
+  const size_t count = std::min<size_t>(static_cast<size_t>(options.pairs), possible);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t at = (2 * i + 1) * possible / (2 * count);
+    const Keyframe &first = *keyframes[at], &second = *keyframes[at + 1];
+    const std::vector<uint16_t> matches = SharedKeypoints(map, first, second);
+    pictures.push_back(
+        {{"shared", matches.size() / 2},
+         {"matches", PackShorts(matches)},
+         {"views",
+          {View(first, camera, dataset, options), View(second, camera, dataset, options)}}});
+  }
+  return pictures;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,101 @@
+#include "deepuav/evaluation/time_offset.h"
+
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "deepuav/base/error.h"
+#include "deepuav/evaluation/lever_arm.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kFinestGrid_s = 0.02;
+constexpr int kMostGridSteps = 2000;
+constexpr double kFewestMomentsRatio = 0.5;
+constexpr int kBrentBits = 26;  // Half of a double's: no minimum can be told more exactly.
+
+struct Agreement {
+  double rmse_m = std::numeric_limits<double>::infinity();
+  size_t moments = 0;
+};
+
+double Rmse(const Trajectory& truth, const Trajectory& moved, bool horizontal) {
+  double sum = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector3d difference =
+        moved[i].world_from_cam.translation() - truth[i].world_from_cam.translation();
+    sum += horizontal ? difference.head<2>().squaredNorm() : difference.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+/// Nothing left to compare, or not to be aligned, is no agreement.
+Agreement AgreementAt(double offset_s, const Truth& truth, const Trajectory& estimate,
+                      const EvaluationOptions& options) {
+  AssociationOptions association = options.association;
+  association.time_offset_s = offset_s;
+  InterpolatedEstimate matched;
+  try {
+    matched = InterpolateAtTruth(truth.trajectory, estimate, association);
+  } catch (const Error&) {
+    return {};
+  }
+  const Eigen::Vector3d antenna = AntennaOf(truth, options);
+  Sim3 truth_from_estimate;
+  if (options.alignment) {
+    const auto aligned =
+        AlignWithLeverArm(matched.truth, matched.estimate, *options.alignment, antenna);
+    if (!aligned) return {};
+    truth_from_estimate = *aligned;
+  }
+  const Trajectory moved = MoveToAntenna(truth_from_estimate, matched.estimate, antenna);
+  return {Rmse(matched.truth, moved, options.horizontal || !truth.has_altitude),
+          matched.truth.size()};
+}
+
+}  // namespace
+
+double SearchTimeOffset(const Truth& truth, const Trajectory& estimate,
+                        const EvaluationOptions& options) {
+  const double center_s = options.association.time_offset_s, range_s = options.search_offset_s;
+  const int steps_a_side =
+      std::clamp(static_cast<int>(std::ceil(range_s / kFinestGrid_s)), 2, kMostGridSteps / 2);
+  const double step_s = range_s / steps_a_side;
+  const auto offset_at = [&](int step) { return center_s + step * step_s; };
+
+  std::vector<Agreement> grid;
+  size_t most_moments = 0;
+  for (int step = -steps_a_side; step <= steps_a_side; ++step) {
+    grid.push_back(AgreementAt(offset_at(step), truth, estimate, options));
+    most_moments = std::max(most_moments, grid.back().moments);
+  }
+  const auto fewest =
+      static_cast<size_t>(std::ceil(kFewestMomentsRatio * static_cast<double>(most_moments)));
+  int best = -1;
+  for (int i = 0; i < static_cast<int>(grid.size()); ++i) {
+    if (grid[i].moments < fewest || std::isinf(grid[i].rmse_m)) continue;
+    if (best < 0 || grid[i].rmse_m < grid[best].rmse_m) best = i;
+  }
+  if (best < 0) {
+    throw Error("With no time offset within {} s of {} s can the estimate be aligned to the truth",
+                range_s, center_s);
+  }
+  if (best == 0 || best + 1 == static_cast<int>(grid.size())) {
+    throw Error(
+        "The best time offset, {:.3f} s, lies at the end of the range searched: expected one "
+        "within "
+        "{} s of {} s",
+        offset_at(best - steps_a_side), range_s, center_s);
+  }
+  const double best_s = offset_at(best - steps_a_side);
+  const auto rmse = [&](double offset_s) {
+    return AgreementAt(offset_s, truth, estimate, options).rmse_m;
+  };
+  return boost::math::tools::brent_find_minima(rmse, best_s - step_s, best_s + step_s, kBrentBits)
+      .first;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,113 @@
+#include "deepuav/evaluation/time_offset.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "deepuav/base/error.h"
+#include "deepuav/evaluation/evaluation_report.h"
+#include "deepuav/evaluation/evaluation_test_support.h"
+#include "deepuav/evaluation/lever_arm.h"
+
+namespace deepuav {
+namespace {
+
+using testing::HasSubstr;
+using testing::Property;
+using testing::Throws;
+
+const Sim3 kMoved(0.2, RotationExp({0.4, -0.3, 1.1}), {3, 2, -1});
+const Eigen::Vector3d kAntenna(0.1, -0.4, 0.2);
+
+/// The antenna's path as a receiver of 5 Hz gives it, without orientation.
+Truth Receiver(double sigma_m, uint64_t seed) {
+  Random random(seed);
+  const Trajectory path = MoveToAntenna(Sim3(), MakeFlight(300, 5), kAntenna);
+  Truth truth{.trajectory = AddNoise(path, sigma_m, random)};
+  truth.has_orientation = false;
+  truth.has_own_clock = true;
+  truth.antenna_cam_m = kAntenna;
+  return truth;
+}
+
+/// The camera at 20 Hz, in another world and scale, its clock `late_s` behind the truth's.
+Trajectory Camera(double late_s) { return MoveTrajectory(kMoved, MakeFlight(1200, 20, -late_s)); }
+
+Trajectory EveryNth(const Trajectory& flight, size_t n) {
+  Trajectory chosen;
+  for (size_t i = 0; i < flight.size(); i += n) chosen.push_back(flight[i]);
+  return chosen;
+}
+
+EvaluationOptions Searching(double range_s) {
+  EvaluationOptions options;
+  options.search_offset_s = range_s;
+  return options;
+}
+
+/// A flight whose stamps are later by `delay_s` than its motion.
+Trajectory Delayed(const Trajectory& flight, double delay_s) {
+  Trajectory delayed = flight;
+  for (TimedPose& pose : delayed) pose.time.nanoseconds += AtSeconds(delay_s).nanoseconds;
+  return delayed;
+}
+
+TEST(TimeOffset, IsFoundToAFractionOfTheFrameInterval) {
+  for (const double offset_s : {-3.1234, -0.011, 0.0, 0.0173, 2.718}) {
+    const Trajectory estimate = Delayed(Camera(0), -offset_s);
+    const double found = SearchTimeOffset(Receiver(0, 1), estimate, Searching(5));
+    // What is left is the linear interpolation between poses 50 ms apart.
+    EXPECT_NEAR(found, offset_s, 2e-4);
+  }
+}
+
+TEST(TimeOffset, NoiseOfMetresStillGivesHundredths) {
+  // 300 fixes of 0.5 m at about 3 m/s allow 0.5 / 3 / sqrt(300) = 0.01 s.
+  const Trajectory estimate = Delayed(Camera(0), -0.75);
+  EXPECT_NEAR(SearchTimeOffset(Receiver(0.5, 2), estimate, Searching(2)), 0.75, 0.03);
+}
+
+TEST(TimeOffset, EvaluationUsesAndReportsIt) {
+  const Trajectory estimate = Delayed(Camera(0), -1.2345);
+  const Truth truth = Receiver(0, 3);
+  EXPECT_GT(EvaluateTrajectory(truth, estimate).ate.statistics_m.rmse, 0.5);
+  const Evaluation evaluation = EvaluateTrajectory(truth, estimate, Searching(3));
+  EXPECT_NEAR(evaluation.time_offset_s, 1.2345, 2e-4);
+  EXPECT_LT(evaluation.ate.statistics_m.rmse, 2e-3);
+  EXPECT_NEAR(evaluation.ate.truth_from_estimate.scale() * kMoved.scale(), 1, 1e-3);
+  EXPECT_TRUE(evaluation.interpolated);
+  EXPECT_THAT(EvaluationTable(evaluation, Searching(3)), HasSubstr("as found"));
+  EXPECT_NEAR(EvaluationJson(evaluation, Searching(3))["time_offset_s"], 1.2345, 2e-4);
+}
+
+TEST(TimeOffset, SearchesAroundTheOffsetGiven) {
+  EvaluationOptions options = Searching(0.5);
+  options.association.time_offset_s = 10;
+  EXPECT_NEAR(SearchTimeOffset(Receiver(0, 4), Delayed(Camera(0), -10.2), options), 10.2, 2e-4);
+}
+
+TEST(TimeOffset, BeyondTheRangeIsAnError) {
+  EXPECT_THAT([] { SearchTimeOffset(Receiver(0, 5), Delayed(Camera(0), -3), Searching(1)); },
+              Throws<Error>(Property(&Error::what, HasSubstr("end of the range"))));
+  EXPECT_THROW(SearchTimeOffset(Receiver(0, 5), Delayed(Camera(0), 1e4), Searching(1)), Error);
+}
+
+TEST(Interpolation, MeetsTheTruthBetweenThePosesAndLeavesGapsOut) {
+  Trajectory estimate = MakeFlight(200, 20);
+  const Trajectory truth = EveryNth(MakeFlight(10000, 1000), 187);
+  const InterpolatedEstimate whole = InterpolateAtTruth(truth, estimate);
+  ASSERT_GT(whole.truth.size(), 45u);
+  for (size_t i = 0; i < whole.truth.size(); ++i) {
+    const SE3 difference =
+        whole.truth[i].world_from_cam.Inverse() * whole.estimate[i].world_from_cam;
+    EXPECT_LT(difference.translation().norm(), 2e-3);
+    EXPECT_LT(difference.Angle(), 1e-3);
+  }
+  estimate.erase(estimate.begin() + 60, estimate.begin() + 100);
+  for (const TimedPose& pose : InterpolateAtTruth(truth, estimate).estimate) {
+    EXPECT_FALSE(pose.time > AtSeconds(2.96) && pose.time < AtSeconds(4.99));
+  }
+  EXPECT_THROW(InterpolateAtTruth(MakeFlight(10, 5, 1000), estimate), Error);
+}
+
+}  // namespace
+}  // namespace deepuav
