@@ -23,11 +23,12 @@ void AddNodes(const Map& map, const std::map<KeyframeId, Sim3>& moved, Essential
   map.keyframes().ForEach([&](const Keyframe& keyframe) {
     essential->node_of[keyframe.id] = static_cast<int>(essential->keyframes.size());
     essential->keyframes.push_back(keyframe.id);
-    const auto move = moved.find(keyframe.id);
+    const bool is_root = keyframe.id == map.root();
+    const auto move = is_root ? moved.end() : moved.find(keyframe.id);
     const Sim3 cam_from_old(keyframe.cam_from_world);
     essential->graph.node_from_world.push_back(
         move == moved.end() ? cam_from_old : cam_from_old * move->second.Inverse());
-    essential->graph.fixed.push_back(keyframe.id == map.root());
+    essential->graph.fixed.push_back(is_root);
   });
 }
 

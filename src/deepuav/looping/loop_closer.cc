@@ -37,12 +37,12 @@ std::set<KeyframeId> Surroundings(const Map& map, KeyframeId keyframe, int min_s
 void LoopingOptions::Check() const {
   CheckOption(agreeing_keyframes >= 1, "looping.agreeing_keyframes", agreeing_keyframes,
               "at least 1");
-  CheckOption(memory_keyframes >= agreeing_keyframes, "looping.memory_keyframes",
-              memory_keyframes, "at least agreeing_keyframes");
+  CheckOption(memory_keyframes >= agreeing_keyframes, "looping.memory_keyframes", memory_keyframes,
+              "at least agreeing_keyframes");
   CheckOption(max_disagreement_px > 0, "looping.max_disagreement_px", max_disagreement_px,
               "above 0");
-  CheckOption(max_scale_disagreement > 0, "looping.max_scale_disagreement",
-              max_scale_disagreement, "above 0");
+  CheckOption(max_scale_disagreement > 0, "looping.max_scale_disagreement", max_scale_disagreement,
+              "above 0");
   CheckOption(rest_keyframes >= 0, "looping.rest_keyframes", rest_keyframes, "0 or more");
   CheckOption(moved_keyframes >= 1, "looping.moved_keyframes", moved_keyframes, "at least 1");
   CheckOption(min_near_shared >= 1, "looping.min_near_shared", min_near_shared, "at least 1");
@@ -71,8 +71,7 @@ bool LoopCloser::HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId k
   return keyframes > static_cast<int>(near);
 }
 
-std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map,
-                                                 KeyframeId keyframe,
+std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map, KeyframeId keyframe,
                                                  std::span<const Descriptors> turned) {
   ++processed_;
   Forget(atlas);
@@ -84,7 +83,7 @@ std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map,
   if (!finding) return std::nullopt;
   const std::vector<LoopFinding> agreeing = AgreeingWith(atlas, *finding);
   Log().debug("keyframe {}: {} keyframes agree on it", keyframe.value, agreeing.size());
-  findings_.push_back(std::move(*finding));
+  findings_.push_back({std::move(*finding), processed_});
   if (static_cast<int>(agreeing.size()) < options_.agreeing_keyframes) return std::nullopt;
   const StageScope stage(stages_, "correct loop");
   MapCorrection correction = MakeCorrection(atlas, agreeing);
@@ -109,8 +108,7 @@ std::vector<BagOfWords> LoopCloser::ViewsOf(const Features& features,
 std::optional<LoopFinding> LoopCloser::Find(const Atlas& atlas, MapId map, KeyframeId keyframe,
                                             std::span<const Descriptors> turned) {
   const Keyframe& query = atlas.At(map).At(keyframe);
-  const std::set<KeyframeId> near = 
-      Surroundings(atlas.At(map), keyframe, options_.min_near_shared);
+  const std::set<KeyframeId> near = Surroundings(atlas.At(map), keyframe, options_.min_near_shared);
   const bool resting = processed_ <= rest_until_;
   const auto skip = [&](KeyframeId other) {
     return near.contains(other) || (resting && atlas.At(map).Contains(other));
@@ -130,28 +128,28 @@ std::optional<LoopFinding> LoopCloser::Find(const Atlas& atlas, MapId map, Keyfr
                 finding->place_from_map_world.scale());
   } else {
     Log().debug("keyframe {} looks like keyframe {} ({:.3f}) of {}: {}", keyframe.value,
-                places.front().keyframe.value, places.front().similarity,
-                places.size(), reason);
+                places.front().keyframe.value, places.front().similarity, places.size(), reason);
   }
   return finding;
 }
 
-/// Findings outlive the keyframes they are about, and maps that were merged.
+/// Findings grow old, and outlive the keyframes they are about and maps that were merged.
 void LoopCloser::Forget(const Atlas& atlas) {
-  std::erase_if(findings_, [&](LoopFinding& finding) {
+  std::erase_if(findings_, [&](const Remembered& remembered) {
+    const LoopFinding& finding = remembered.finding;
+    if (processed_ - remembered.processed >= options_.memory_keyframes) return true;
     const Map& map = atlas.At(finding.map);
     const Map& place_map = atlas.At(finding.place_map);
     return map.id() != finding.map || place_map.id() != finding.place_map ||
            !map.Contains(finding.tie.keyframe) || !place_map.Contains(finding.tie.place);
   });
-  while (static_cast<int>(findings_.size()) >= options_.memory_keyframes) findings_.pop_front();
 }
 
 std::vector<LoopFinding> LoopCloser::AgreeingWith(const Atlas& atlas,
                                                   const LoopFinding& newest) const {
   std::vector<LoopFinding> agreeing;
-  for (const LoopFinding& earlier : findings_) {
-    if (Agree(atlas, earlier, newest)) agreeing.push_back(earlier);
+  for (const Remembered& earlier : findings_) {
+    if (Agree(atlas, earlier.finding, newest)) agreeing.push_back(earlier.finding);
   }
   agreeing.push_back(newest);
   return agreeing;
@@ -173,8 +171,7 @@ bool LoopCloser::Agree(const Atlas& atlas, const LoopFinding& earlier,
     const Eigen::Vector3d there = by_earlier * position;
     const Eigen::Vector3d here = newest.cam_from_place_world * position;
     if (there.z() <= 0 || here.z() <= 0) return false;
-    distances_px.push_back(
-        (camera_.pinhole.Project(there) - camera_.pinhole.Project(here)).norm());
+    distances_px.push_back((camera_.pinhole.Project(there) - camera_.pinhole.Project(here)).norm());
   }
   if (distances_px.empty()) return false;
   const auto middle = distances_px.begin() + static_cast<std::ptrdiff_t>(distances_px.size() / 2);
@@ -194,8 +191,8 @@ MapCorrection LoopCloser::MakeCorrection(const Atlas& atlas,
   const Map& map = atlas.At(newest.map);
   std::map<KeyframeId, Sim3> moved;
   for (const LoopTie& tie : correction.ties) moved[tie.keyframe] = newest.place_from_map_world;
-  for (KeyframeId id : map.Covisible(newest.tie.keyframe, options_.min_near_shared,
-                                     options_.moved_keyframes)) {
+  for (KeyframeId id :
+       map.Covisible(newest.tie.keyframe, options_.min_near_shared, options_.moved_keyframes)) {
     if (!IsPlace(id, correction.ties)) moved[id] = newest.place_from_map_world;
   }
   correction.keyframes =

@@ -20,7 +20,7 @@ struct LoopingOptions {
   double max_scale_disagreement = 0.15;  ///< Of the natural logarithm.
   int rest_keyframes = 5;                ///< After a closed loop, until the next in the same map.
   int moved_keyframes = 30;  ///< Around the newest one, which move as one before the rest follows.
-  int min_near_shared = 15;   ///< Landmarks that keyframes share to be near one another.
+  int min_near_shared = 15;  ///< Landmarks that keyframes share to be near one another.
   RecogniserOptions recogniser;
   RelocaliserOptions relocaliser;
   VerifierOptions verifier;
@@ -32,8 +32,7 @@ struct LoopingOptions {
     visit("enabled", enabled, "", "whether places are recognised at all");
     visit("agreeing_keyframes", agreeing_keyframes, "",
           "keyframes that must find the same loop before it is closed");
-    visit("memory_keyframes", memory_keyframes, "",
-          "newest keyframes among which they must be");
+    visit("memory_keyframes", memory_keyframes, "", "newest keyframes among which they must be");
     visit("max_disagreement_px", max_disagreement_px, "px",
           "between where two keyframes see the loop's place");
     visit("max_scale_disagreement", max_scale_disagreement, "",
@@ -86,9 +85,14 @@ class LoopCloser {
   PlaceRecogniser recogniser_;
   Relocaliser relocaliser_;
   LoopVerifier verifier_;
-  std::deque<LoopFinding> findings_;  ///< Of the newest keyframes, by age.
-  int64_t processed_ = 0;             ///< Keyframes.
-  int64_t rest_until_ = 0;            ///< Count of processed keyframes.
+  /// A finding and the count of processed keyframes when it was made.
+  struct Remembered {
+    LoopFinding finding;
+    int64_t processed = 0;
+  };
+  std::deque<Remembered> findings_;  ///< Of the newest keyframes, by age.
+  int64_t processed_ = 0;            ///< Keyframes.
+  int64_t rest_until_ = 0;           ///< Count of processed keyframes.
 };
 
 }  // namespace deepuav

@@ -8,9 +8,9 @@
 namespace deepuav {
 namespace {
 
-/// The map that holds the keyframe now; invalid where none does.
-MapId MapOf(const Atlas& atlas, KeyframeId keyframe) {
-  for (MapId map : atlas.Remaining()) {
+/// Which of `maps` holds the keyframe; invalid where none does.
+MapId MapOf(const Atlas& atlas, const std::vector<MapId>& maps, KeyframeId keyframe) {
+  for (MapId map : maps) {
     if (atlas.At(map).Contains(keyframe)) return map;
   }
   return {};
@@ -40,8 +40,9 @@ void PlaceRecogniser::Remember(const Keyframe& keyframe) {
 }
 
 void PlaceRecogniser::ForgetCulled(const Atlas& atlas) {
+  const std::vector<MapId> maps = atlas.Remaining();
   for (auto id = remembered_.begin(); id != remembered_.end();) {
-    if (MapOf(atlas, *id).valid()) {
+    if (MapOf(atlas, maps, *id).valid()) {
       ++id;
       continue;
     }
@@ -63,7 +64,8 @@ std::vector<PlaceCandidate> PlaceRecogniser::Recognise(
     }
   }
   std::vector<PlaceCandidate> ranked;
-  for (const auto& [id, value] : similarity) ranked.push_back({MapOf(atlas, id), id, value});
+  const std::vector<MapId> maps = atlas.Remaining();
+  for (const auto& [id, value] : similarity) ranked.push_back({MapOf(atlas, maps, id), id, value});
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.similarity > b.similarity; });
   std::vector<PlaceCandidate> places;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cassert>
 #include <deque>
 #include <map>
 #include <utility>
@@ -36,6 +37,7 @@ class Atlas {
   /// Moves all that `from` holds into `into`, as Map::Absorb.
   void Merge(MapId from, MapId into, KeyframeId parent) {
     from = Current(from), into = Current(into);
+    assert(from != into);
     At(into).Absorb(&At(from), parent);
     merged_into_[from] = into;
   }

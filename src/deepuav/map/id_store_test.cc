@@ -57,6 +57,26 @@ TEST(IdStore, ReferencesStayValidWhileOthersComeAndGo) {
   EXPECT_EQ(kept, 52);
 }
 
+TEST(IdStore, TakesAllOfAnotherWhichIsEmptyThen) {
+  for (const bool into_longer : {true, false}) {
+    Store a, b;
+    for (int i : {1, 4}) a.Insert({i}, 10 * i);
+    for (int i : {0, 2, 7}) b.Insert({i}, 10 * i);
+    const int& kept = b.At({7});
+    Store& into = into_longer ? b : a;
+    Store& from = into_longer ? a : b;
+    into.TakeAll(&from);
+    EXPECT_EQ(into.size(), 5);
+    EXPECT_EQ(Values(into), (std::vector<int>{0, 10, 20, 40, 70}));
+    EXPECT_EQ(&into.At({7}), &kept) << "references stay valid";
+    EXPECT_EQ(from.size(), 0);
+    EXPECT_TRUE(Values(from).empty());
+    EXPECT_FALSE(from.Contains({1}));
+    from.Insert({1}, 5);
+    EXPECT_EQ(from.At({1}), 5);
+  }
+}
+
 TEST(IdStore, BehavesLikeAStandardMap) {
   Random random(1);
   Store store;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "deepuav/base/error.h"
+#include "support/map_builder.h"
 #include "support/synthetic_map.h"
 
 namespace deepuav {
@@ -145,11 +146,72 @@ TEST(MakeLocalMap, LeavesOutKeyframesThatShareTooFew) {
   EXPECT_EQ(static_cast<int>(local->landmarks.size()), made.map.At(centre).LandmarkCount());
 }
 
+SE3 Turned(double heading_deg) {
+  return SE3(RotationExp({0, 0, heading_deg * M_PI / 180}), Eigen::Vector3d::Zero());
+}
+
+/// One landmark at key point 0 of cameras at the origin under these headings.
+Map MapOfHeadings(const std::vector<double>& headings_deg) {
+  MapBuilder builder(5, 3);
+  std::vector<KeyframeId> ids;
+  for (double heading_deg : headings_deg) {
+    ids.push_back(builder.AddKeyframe(Turned(heading_deg)));
+    if (ids.size() > 1) builder.map.ConnectToParent(ids.back(), ids.front());
+  }
+  builder.map.UpdateViewRange(builder.AddLandmark(ids, 0));
+  return std::move(builder.map);
+}
+
+struct HeadingCase {
+  std::vector<double> headings_deg;
+  int centre = 0, expected = 0;  ///< Of these.
+};
+
+TEST(MakeLocalMap, DescribesALandmarkAsSeenUnderTheHeadingOfTheCentre) {
+  const std::vector<HeadingCase> cases = {
+      {{0, 90, 180, 270}, 2, 2}, {{0, -90}, 1, 1},
+      {{0, 20, 25}, 2, 0},    // The representative, the first, is near enough.
+      {{0, 29}, 1, 0},        //
+      {{0, 31}, 1, 1},        //
+      {{0, 100, 140}, 2, 2},  //
+      {{170, -170}, 1, 0},    // 20 degrees apart, across the turn.
+      {{340, 40, 25}, 2, 2},  // 45, 15 and 0 degrees.
+  };
+  for (const HeadingCase& c : cases) {
+    const Map map = MapOfHeadings(c.headings_deg);
+    ASSERT_EQ(map.At(LandmarkId{0}).representative.keyframe, KeyframeId{0});
+    const auto local = MakeLocalMap(map, {c.centre}, {});
+    ASSERT_EQ(local->descriptors.size(), 1);
+    EXPECT_EQ(Row(local->descriptors, 0),
+              Row(map.At(KeyframeId{c.expected}).features().descriptors, 0))
+        << c.headings_deg[static_cast<size_t>(c.centre)];
+  }
+}
+
+TEST(MakeLocalMap, TakesTheLeastTurnedDescriptionWhereTheCentreHasNone) {
+  MapBuilder builder(6, 3);
+  std::vector<KeyframeId> ids;
+  for (double heading_deg : {0, 70, 120, 90}) {
+    ids.push_back(builder.AddKeyframe(Turned(heading_deg)));
+    if (ids.size() > 1) builder.map.ConnectToParent(ids.back(), ids.front());
+  }
+  builder.AddLandmark({ids[0], ids[1], ids[2]}, 0);
+  for (int keypoint : {1, 2}) builder.AddLandmark({ids[0], ids[3]}, keypoint);
+  LocalMapOptions options;
+  options.min_shared_landmarks = 1;
+  options.max_heading_difference_deg = 15;
+  const auto local = MakeLocalMap(builder.map, ids[3], options);
+  ASSERT_EQ(local->landmarks.size(), 3u);
+  EXPECT_EQ(Row(local->descriptors, 0), Row(builder.map.At(ids[1]).features().descriptors, 0))
+      << "20 degrees off";
+}
+
 TEST(LocalMapOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(LocalMapOptions().Check());
   EXPECT_THROW((LocalMapOptions{.max_keyframes = 1}.Check()), Error);
   EXPECT_THROW((LocalMapOptions{.min_shared_landmarks = 0}.Check()), Error);
   EXPECT_THROW((LocalMapOptions{.max_landmarks = 99}.Check()), Error);
+  EXPECT_THROW((LocalMapOptions{.max_heading_difference_deg = 0}.Check()), Error);
 }
 
 }  // namespace

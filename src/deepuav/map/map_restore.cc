@@ -82,8 +82,9 @@ std::optional<IdType> FindCycle(const std::map<IdType, IdType>& next) {
 
 void CheckSpanningTree(const IdStore<KeyframeId, Keyframe>& keyframes) {
   std::map<KeyframeId, KeyframeId> parents;
+  std::vector<KeyframeId> roots;
   keyframes.ForEach([&](const Keyframe& keyframe) {
-    if (!keyframe.parent.valid()) return;
+    if (!keyframe.parent.valid()) return roots.push_back(keyframe.id);
     if (!keyframes.Contains(keyframe.parent)) {
       throw Error("keyframe {} has the parent {}: expected a keyframe of the map",
                   keyframe.id.value, keyframe.parent.value);
@@ -92,6 +93,10 @@ void CheckSpanningTree(const IdStore<KeyframeId, Keyframe>& keyframes) {
   });
   if (const auto id = FindCycle(parents))
     throw Error("keyframe {} is its own ancestor: expected a tree", id->value);
+  if (roots.size() > 1) {
+    throw Error("keyframes {} and {} have no parent: expected one root", roots[0].value,
+                roots[1].value);
+  }
 }
 
 void CheckLoops(const IdStore<KeyframeId, Keyframe>& keyframes) {

@@ -36,7 +36,8 @@ Landmark MakeLandmark(int64_t id, const std::vector<Observation>& observations) 
   return landmark;
 }
 
-/// Keyframes 1 <- 3 <- 4, keyframe 2 removed; landmarks 0 and 5; 1 merged into 2 into 5.
+/// Keyframes 1 <- 3 <- 4 and a loop of 1 and 4, keyframe 2 removed; landmarks 0 and 5; 1 merged
+/// into 2 into 5.
 MapState ValidState() {
   MapState state;
   state.id = {0};
@@ -45,6 +46,9 @@ MapState ValidState() {
                      MakeLandmark(5, {{{1}, 1}, {{3}, 0}})};
   state.culled[{2}] = {{{1}, SE3()}};
   state.merged_into = {{{1}, {2}}, {{2}, {5}}};
+  state.keyframes[0].loops = {{4}};
+  state.keyframes[2].loops = {{1}};
+  state.keyframes[1].scale = 2.5;
   return state;
 }
 
@@ -59,6 +63,15 @@ TEST(MapRestoreTest, DerivesWhatFollows) {
   EXPECT_EQ(map.At(KeyframeId{4}).covisible, (std::map<KeyframeId, int>{{{1}, 1}, {{3}, 1}}));
   EXPECT_EQ(map.Remaining({2}), KeyframeId{1});
   EXPECT_EQ(map.Current({1}), LandmarkId{5});
+  EXPECT_EQ(map.root(), KeyframeId{1});
+  EXPECT_EQ(map.At(KeyframeId{4}).loops, std::set<KeyframeId>{{1}});
+  EXPECT_EQ(map.At(KeyframeId{3}).scale, 2.5);
+}
+
+TEST(MapRestoreTest, TakesAMapWithoutKeyframes) {
+  const Map map = Map::Restore({});
+  EXPECT_EQ(map.KeyframeCount(), 0);
+  EXPECT_FALSE(map.root().valid());
 }
 
 TEST(MapRestoreTest, DoesNotTrustWhatItDerives) {
@@ -109,6 +122,18 @@ TEST(MapRestoreTest, RefusesContradictions) {
          features.keypoints[1].sigma_px = 0;
          s->keyframes[2].frame.features = std::make_shared<const Features>(std::move(features));
        }},
+      {"keyframe 3 has the scale 0", [](MapState* s) { s->keyframes[1].scale = 0; }},
+      {"keyframe 3 has the scale -1", [](MapState* s) { s->keyframes[1].scale = -1; }},
+      {"keyframe 3 has the scale nan", [&](MapState* s) { s->keyframes[1].scale = nan; }},
+      {"keyframe 3 has the scale inf",
+       [](MapState* s) { s->keyframes[1].scale = std::numeric_limits<double>::infinity(); }},
+      {"keyframe 2 has the scale 0", [](MapState* s) { s->culled[{2}].scale = 0; }},
+      {"keyframe 2 has the scale nan",
+       [&](MapState* s) { s->culled[{2}].pose.keyframe_scale = nan; }},
+      {"keyframe 1 closes a loop with 4", [](MapState* s) { s->keyframes[2].loops.clear(); }},
+      {"keyframe 1 closes a loop with 2", [](MapState* s) { s->keyframes[0].loops.insert({2}); }},
+      {"keyframe 3 closes a loop with 3", [](MapState* s) { s->keyframes[1].loops.insert({3}); }},
+      {"keyframes 1 and 3 have no parent", [](MapState* s) { s->keyframes[1].parent = {}; }},
       {"keyframe 4 has the parent 2", [](MapState* s) { s->keyframes[2].parent = {2}; }},
       {"own ancestor", [](MapState* s) { s->keyframes[0].parent = {4}; }},
       {"own ancestor", [](MapState* s) { s->keyframes[1].parent = {3}; }},

@@ -123,5 +123,38 @@ TEST_F(AdjustWindowTest, StopsWhenAsked) {
   EXPECT_LE(CentreError(made_.keyframes[5]), before + 1e-9);
 }
 
+/// Cameras around landmarks, whose turns tell the focal length.
+SyntheticMap MapAllAround(double focal_error) {
+  Random random(5);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksInBox(300, {-4, -4, -3}, {4, 4, 3}, &random);
+  const FeatureWorld world(geometry, 6);
+  SyntheticMap made =
+      MakeTrueMap(world, OrbitPath(10, {0, 0, 0}, 12, 3, 2.5), {0.3, 0.3, 0, 0}, &random);
+  // As mapped with the wrong focal length: depths grow with it.
+  made.map.landmarks().ForEach([&](const Landmark& landmark) {
+    made.map.SetPosition(landmark.id,
+                         landmark.position_world + 0.2 * focal_error * RandomDirection(&random));
+  });
+  return made;
+}
+
+TEST(AdjustMap, FindsTheFocalLengthWhereAsked) {
+  const double truth = SyntheticWorld().pinhole.fx;
+  for (const double factor : {0.93, 1.06}) {
+    for (const bool refine : {true, false}) {
+      SyntheticMap made = MapAllAround(factor - 1);
+      Pinhole pinhole = SyntheticWorld().pinhole;
+      pinhole.fx = pinhole.fy = factor * truth;
+      BundleOptions options{.max_iterations = 50, .min_relative_decrease = 1e-9};
+      options.refine_focal = refine;
+      AdjustMap(&made.map, &pinhole, options);
+      EXPECT_NEAR(pinhole.fx, refine ? truth : factor * truth, refine ? 0.005 * truth : 0);
+      EXPECT_EQ(pinhole.fx, pinhole.fy);
+      EXPECT_EQ(pinhole.cx, SyntheticWorld().pinhole.cx);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -28,8 +28,7 @@ GlobalAdjustment::GlobalAdjustment(const Map& map, const Pinhole& pinhole,
                                    const BundleOptions& options)
     : map_(map.id()),
       options_(options),
-      window_(MakeBundleWindow(map, AllKeyframes(map), pinhole)),
-      before_(window_.problem.cam_from_world) {}
+      window_(MakeBundleWindow(map, AllKeyframes(map), pinhole)) {}
 
 void GlobalAdjustment::Compute(const std::function<bool()>& stop) {
   const BundleReport report = AdjustBundle(&window_.problem, options_, stop);
@@ -41,8 +40,10 @@ void GlobalAdjustment::Compute(const std::function<bool()>& stop) {
 void GlobalAdjustment::Apply(Map* map) const {
   std::map<KeyframeId, Sim3> moves;
   for (size_t k = 0; k < window_.keyframes.size(); ++k) {
-    const SE3 new_from_old = window_.problem.cam_from_world[k].Inverse() * before_[k];
-    moves[window_.keyframes[k]] = Sim3(new_from_old);
+    const KeyframeId id = window_.keyframes[k];
+    if (!map->Contains(id)) continue;
+    const SE3 new_world_from_cam = window_.problem.cam_from_world[k].Inverse();
+    moves[id] = Sim3(new_world_from_cam * map->At(id).cam_from_world);
   }
   std::vector<KeyframeMove> keyframe_moves;
   map->keyframes().ForEach([&](const Keyframe& keyframe) {
@@ -53,8 +54,9 @@ void GlobalAdjustment::Apply(Map* map) const {
   });
   MoveKeyframes(keyframe_moves, map);
   for (size_t l = 0; l < window_.landmarks.size(); ++l) {
-    if (map->Contains(window_.landmarks[l]))
-      map->SetPosition(window_.landmarks[l], window_.problem.landmarks_world[l]);
+    if (!map->Contains(window_.landmarks[l])) continue;
+    map->SetPosition(window_.landmarks[l], window_.problem.landmarks_world[l]);
+    map->UpdateViewRange(window_.landmarks[l]);
   }
 }
 

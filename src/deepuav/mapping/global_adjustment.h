@@ -18,15 +18,15 @@ class GlobalAdjustment {
   /// `stop`, if given, is asked between the steps.
   void Compute(const std::function<bool()>& stop = nullptr);
 
-  /// Moves the map as the copy was. What was made meanwhile goes with its nearest ancestor in the
-  /// spanning tree (keyframes), or with the keyframe of its representative (landmarks).
+  /// Gives the map the poses and positions that the copy has now. What was made meanwhile goes with
+  /// its nearest ancestor in the spanning tree (keyframes), or with the keyframe of its
+  /// representative (landmarks).
   void Apply(Map* map) const;
 
  private:
   const MapId map_;
   const BundleOptions options_;
   BundleWindow window_;
-  std::vector<SE3> before_;  ///< cam_from_world of the window's keyframes.
 };
 
 }  // namespace deepuav

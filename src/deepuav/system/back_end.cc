@@ -28,17 +28,17 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
 }
 
 void BackEnd::StartAdjustment(MapId map) {
-  adjustment_ = std::make_unique<PendingAdjustment>(mapper_->PrepareAdjustment(map),
-                                                    adjust_beside_, stages_);
+  adjustment_ =
+      std::make_unique<PendingAdjustment>(mapper_->PrepareAdjustment(map), adjust_beside_, stages_);
 }
 
 void BackEnd::FinishAdjustment() {
   if (!adjustment_) return;
   const bool due = ++adjustment_->keyframes_since >= adjustment_delay_keyframes_;
   if (adjust_as_soon_as_ready_ ? !adjustment_->Ready() : !due) return;
-  const GlobalAdjustment& adjustment = adjustment_->Get();
+  const std::unique_ptr<PendingAdjustment> finished = std::move(adjustment_);
+  const GlobalAdjustment& adjustment = finished->Get();
   adjustment.Apply(&atlas_->At(adjustment.map()));
-  adjustment_.reset();
 }
 
 LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
@@ -60,8 +60,7 @@ void BackEnd::CloseLoops() {
     turned = turned_->Describe(newest.frame.image, *newest.frame.features);
   }
   const std::span<const Descriptors> headings(turned.data(), describe ? turned.size() : 0);
-  const auto correction =
-      loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
+  const auto correction = loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
   if (!correction) return;
   const LoopTie& tie = correction->ties.back();
   if (correction->merges()) {

@@ -33,6 +33,9 @@ class BackEnd {
   /// With the keyframe inserted last; corrects the map where a loop is closed.
   void CloseLoops();
 
+  /// Gives up a global adjustment that is under way.
+  void DropAdjustment() { adjustment_.reset(); }
+
   int closed_loops() const { return closed_loops_; }
   int merged_maps() const { return merged_maps_; }
 

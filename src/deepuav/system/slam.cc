@@ -67,19 +67,20 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
     : camera_(camera),
       options_(options),
       perception_(perception),
+      matcher_(perception.matcher),
       mapper_(camera, options.mapping, &atlas_, &clock_),
       back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
                 options.adjustment_delay_keyframes, &clock_),
-      tracker_(camera, options.tracking, perception.matcher, &clock_),
-      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator,
-                   perception.matcher, &clock_) {
+      tracker_(camera, options.tracking, &matcher_, &clock_),
+      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator, &matcher_,
+                   &clock_) {
   options_.Check();
 }
 
 LoopCloser* Slam::MakeLoopCloser() {
   if (!perception_.vocabulary || !options_.looping.enabled) return nullptr;
   return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator,
-                               perception_.vocabulary, perception_.matcher, &clock_);
+                               perception_.vocabulary, &matcher_, &clock_);
 }
 
 void Slam::Load(Atlas atlas) {
@@ -185,7 +186,7 @@ bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
 std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* mapping) {
   if (!loop_closer_) return std::nullopt;
   const StageScope stage(&clock_, "relocalise");
-  if (keyframe_under_way_) mapping->Collect();
+  if (keyframe_under_way_) tracker_.UseLocalMap(mapping->Collect());
   keyframe_under_way_.reset();
   mapping->Settle();
   if (atlas_.Remaining().empty()) return std::nullopt;
@@ -232,6 +233,7 @@ void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
 }
 
 void Slam::AdjustAll() {
+  back_end_.DropAdjustment();
   std::vector<MapId> maps = atlas_.Remaining();
   std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
     return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
@@ -254,7 +256,7 @@ void Slam::Finish(SlamResult* result) {
   try {
     if (options_.adjust_at_end && !options_.localise_only) AdjustAll();
     const StageScope stage(&clock_, "finish trajectory");
-    FrameLocator locator(camera_, options_.tracking.locator, perception_.matcher, nullptr);
+    FrameLocator locator(camera_, options_.tracking.locator, &matcher_, nullptr);
     TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
                      options_.max_gap_frames, atlas_, &locator)
         .Finish(&result->frames);

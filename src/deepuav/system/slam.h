@@ -16,6 +16,7 @@
 #include "deepuav/system/frame_record.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/mapping_lane.h"
+#include "deepuav/system/shared_matcher.h"
 #include "deepuav/system/stage_clock.h"
 #include "deepuav/tracking/tracker.h"
 
@@ -38,10 +39,10 @@ struct SystemOptions {
       600;  ///< Frames without a pose whose features are kept to locate them at the end.
   int adjustment_delay_keyframes =
       5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
-  bool adjust_at_end = true;  ///< Global bundle adjustment before the trajectory is finished.
+  bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
   bool localise_only = false;  ///< Find frames in the loaded maps and leave these as they are.
-  bool refine_focal = false;  ///< The camera's focal length is a guess, to be refined then.
-  int max_gap_frames = 30;    ///< Unlocated frames in a row that the end tries to bridge.
+  bool refine_focal = false;   ///< The camera's focal length is a guess, to be refined then.
+  int max_gap_frames = 30;     ///< Unlocated frames in a row that the end tries to bridge.
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;
@@ -129,6 +130,7 @@ class Slam {
   Camera camera_;
   const SystemOptions options_;
   const Perception perception_;
+  SharedMatcher matcher_;
   StageClock clock_;
   Atlas atlas_;
   Mapper mapper_;
