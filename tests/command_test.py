@@ -6,6 +6,8 @@
 What needs the network or the sequences looks for them in $DEEPUAV_SHARED, and the whole exits with 77, which ctest
 shows as skipped, where they are absent and the rest passed.
 """
+import collections
+import csv
 import fcntl
 import json
 import os
@@ -28,8 +30,9 @@ import command_test_data as data
 SKIPPED = 77
 FAILURE, WRONG_USE = 1, 2
 LOG_LINE = re.compile(r"(info|warning|error): ")
-OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "timings.csv", "summary.json"}
-REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav")
+OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "timings.csv",
+                "summary.json"}
+REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv")
 
 DEEPUAV = None
 SHARED = Path(os.environ.get("DEEPUAV_SHARED", "/nowhere"))
@@ -101,10 +104,27 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(len(self.check_poses(out / "keyframes.txt")), main[0]["keyframes"] if main else 0)
         points = re.match(rb"ply\n.*?element vertex (\d+)\n.*?end_header\n", (out / "points.ply").read_bytes(), re.S)
         self.assertEqual(int(points[1]), main[0]["landmarks"] if main else 0)
+        self.check_frames(out / "frames.csv", summary)
         rows = (out / "timings.csv").read_text().splitlines()
         self.assertEqual(rows[0], "stage,call,milliseconds")
         self.assertEqual(len(rows) - 1, sum(stage["count"] for stage in summary["stages"].values()))
         return summary
+
+    def check_frames(self, file, summary):
+        with file.open(newline="") as table:
+            rows = list(csv.DictReader(table))
+        states = collections.Counter(row["state"] for row in rows)
+        frames = summary["frames"]
+        self.assertEqual(states["tracked"], frames["tracked_online"])
+        self.assertEqual(states["tracked"] + states["located"], frames["located"])
+        self.assertEqual(states["initialising"] + states["lost"], frames["lost"])
+        for row in rows:
+            self.assertEqual(row["map"] != "", row["state"] in ("tracked", "located"))
+        keyframes = [int(row["keyframe"]) for row in rows if row["keyframe"]]
+        self.assertEqual(len(keyframes), sum(m["keyframes"] for m in summary["maps"]))
+        self.assertEqual(keyframes, sorted(set(keyframes)))
+        in_maps = collections.Counter(int(row["map"]) for row in rows if row["map"])
+        self.assertEqual(in_maps, collections.Counter({m["id"]: m["frames"] for m in summary["maps"]}))
 
     def check_poses(self, file):
         rows = [[float(x) for x in line.split()] for line in file.read_text().splitlines() if line[0] != "#"]

@@ -10,6 +10,8 @@ Of each sequence it makes variants (in .cache/places, where they stay for the ne
   restart  the second half first, then the first
   turned   the images of the second half turned by 180 degrees
   quarter  squares, those of the second half turned by 90 degrees
+  apart    two parts that show different places at first and the same one later, 40 black images in between
+           (redkitchen alone)
   after X  150 images (at most half) of sequence X first, as the same camera would see them, then up to 300 of this one:
            what shows X and what shows this one must not end up in one map
 The table goes to stdout as Markdown, everything to OUT/places.json; the exit status is 1 if anything false was found.
@@ -35,6 +37,7 @@ from run import processor  # noqa: E402
 
 REPEATED = ("as_is", "restart")  # run twice threaded and once sequentially
 FOREIGN_FRAMES, OWN_FRAMES = 150, 300
+PARTS_THAT_MEET = {"7scenes_redkitchen": ((0, 140), (820, 1000))}
 REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv")
 EVENT = re.compile(r"map (?P<started>\d+) starts at frame (?P<start>\d+)"
                    r"|frame (?P<found>\d+) is recognised in map (?P<found_in>\d+)"
@@ -66,6 +69,11 @@ def make_variant(name, sequence, data):
     if name == "restart":
         start = len(every) - middle
         return Variant(camera, every[middle:] + every[:middle], start, start)
+    if name == "apart":
+        first, second = PARTS_THAT_MEET[sequence.name]
+        start = first[1] - first[0]
+        dark = [Shot(sequence, None)] * 40
+        return Variant(camera, every[slice(*first)] + dark + every[slice(*second)], start, start + len(dark))
     if name in ("turned", "quarter"):
         turns = 2 if name == "turned" else 1
         shots = every[:middle] + [Shot(sequence, i, turns) for i in range(middle, len(every))]
@@ -77,7 +85,8 @@ def make_variant(name, sequence, data):
 
 
 def variant_names(sequence_name, present):
-    return ["as_is", "drop", "blind", "restart", "turned", "quarter",
+    apart = ["apart"] if sequence_name in PARTS_THAT_MEET else []
+    return ["as_is", "drop", "blind", "restart", "turned", "quarter", *apart,
             *(f"after {other}" for other in present if other != sequence_name)]
 
 

@@ -60,6 +60,8 @@ void LocatorOptions::Check() const {
               "at least 4");
   CheckOption(min_predicted_ratio >= 0 && min_predicted_ratio <= 1, "tracking.min_predicted_ratio",
               min_predicted_ratio, "0 to 1");
+  CheckOption(min_predicted_share >= 0 && min_predicted_share <= 1, "tracking.min_predicted_share",
+              min_predicted_share, "0 to 1");
   CheckOption(min_inliers >= 6, "tracking.min_inliers", min_inliers, "at least 6");
   CheckOption(reference_tries >= 1, "tracking.reference_tries", reference_tries, "at least 1");
   visibility.Check();
@@ -77,18 +79,30 @@ FrameLocator::FrameLocator(const Camera& camera, const LocatorOptions& options, 
 std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const LocalMap& local_map,
                                                  const LocationPrior& prior, std::string* reason) {
   const KeypointGrid grid(*frame.features);
-  std::optional<CoarsePose> coarse = FollowPrediction(frame, grid, local_map, prior);
-  if (!coarse) coarse = MatchReference(frame, local_map, prior);
-  if (!coarse) {
+  LocatedFrame located;
+  const auto refine_if_better = [&](const std::optional<CoarsePose>& coarse) {
+    if (!coarse) return;
+    LocatedFrame refined = Refine(frame, grid, local_map, *coarse, options_.local_radius_px);
+    if (refined.seen.size() > located.seen.size()) located = std::move(refined);
+  };
+  const std::optional<CoarsePose> predicted = FollowPrediction(frame, grid, local_map, prior);
+  refine_if_better(predicted);
+  if (!predicted || IsDoubtful(*predicted, prior))
+    refine_if_better(MatchReference(frame, local_map, prior));
+  if (located.seen.empty()) {
     if (reason) *reason = fmt::format("no pose from {} key points", frame.features->size());
     return std::nullopt;
   }
-  LocatedFrame located = Refine(frame, grid, local_map, *coarse, options_.local_radius_px);
   if (static_cast<int>(located.seen.size()) < options_.min_inliers) {
     if (reason) *reason = fmt::format("only {} landmarks agree on the pose", located.seen.size());
     return std::nullopt;
   }
   return located;
+}
+
+bool FrameLocator::IsDoubtful(const CoarsePose& predicted, const LocationPrior& prior) const {
+  return static_cast<double>(predicted.seen.size()) <
+         options_.min_predicted_share * static_cast<double>(prior.landmarks.size());
 }
 
 std::optional<CoarsePose> FrameLocator::FollowPrediction(const Frame& frame,

@@ -113,6 +113,41 @@ TEST_F(FrameLocatorTest, MatchesTheReferenceWhereThePredictionIsWrong) {
   }
 }
 
+TEST_F(FrameLocatorTest, DoesNotTrustAPredictionThatHardlyAnythingConfirms) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
+  const SE3 wrong = SE3(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.9, 0, 0));
+  const LocationPrior prior = PriorAt(wrong);
+  // Some landmarks have a double just where the wrong pose would see them.
+  Features features = *view.features;
+  SyntheticView doubled = view;
+  int doubles = 0;
+  for (LandmarkId id : prior.landmarks) {
+    const Landmark& landmark = made_->map.At(id);
+    const Eigen::Vector2d px =
+        world_.camera().pinhole.Project(wrong * landmark.position_world);
+    if (px.x() < 0 || px.x() > 751 || px.y() < 0 || px.y() > 479 || doubles == 30) continue;
+    ++doubles;
+    features.keypoints.push_back(KeypointAt(px));
+    const Observation& shown = landmark.representative;
+    features.descriptors.AppendFrom(
+        made_->map.At(shown.keyframe).features().descriptors, shown.keypoint);
+    doubled.landmark.push_back(-1);
+  }
+  doubled.features = std::make_shared<const Features>(std::move(features));
+  ASSERT_LT(doubles, 0.2 * static_cast<double>(prior.landmarks.size()));
+  const auto located = Locate(doubled, prior);
+  ASSERT_TRUE(located) << reason_;
+  EXPECT_GE(matcher_.calls, 1);
+  ExpectRight(*located, doubled, 0);
+
+  FrameLocator trusting(world_.camera(), OptionsWith(&LocatorOptions::min_predicted_share, 0.0),
+                        &matcher_, nullptr);
+  const auto fooled = trusting.Locate(FrameOf(20, doubled), *local_map_, prior);
+  ASSERT_TRUE(fooled);
+  EXPECT_GT((fooled->cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm(),
+            0.5);
+}
+
 TEST_F(FrameLocatorTest, MatchesTheReferenceWhereNothingIsPredicted) {
   const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 0}, &random_);
   const auto located = Locate(view, {});

@@ -25,6 +25,8 @@ double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3
 
 void VerifierOptions::Check() const {
   CheckOption(min_pairs >= 3, "looping.verifier.min_pairs", min_pairs, "at least 3");
+  CheckOption(max_known_ratio >= 0 && max_known_ratio <= 1, "looping.verifier.max_known_ratio",
+              max_known_ratio, "0 to 1");
   CheckOption(min_pair_ratio >= 0 && min_pair_ratio <= 1, "looping.verifier.min_pair_ratio",
               min_pair_ratio, "0 to 1");
   place.Check();
@@ -63,6 +65,15 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
   for (const LocatedFrame::Seen& seen : found.located.seen) {
     finding.tie.seen.push_back(
         {seen.keypoint, place.landmarks[static_cast<size_t>(seen.landmark)].id});
+  }
+  const auto known = std::count_if(
+      finding.tie.seen.begin(), finding.tie.seen.end(), [&](const LandmarkMatch& match) {
+        return keyframe.landmarks[static_cast<size_t>(match.keypoint)] == match.landmark;
+      });
+  if (static_cast<double>(known) >
+      options_.max_known_ratio * static_cast<double>(finding.tie.seen.size())) {
+    if (reason) *reason = fmt::format("it sees {} landmarks of it already", known);
+    return std::nullopt;
   }
   const std::vector<Sim3Correspondence> pairs = PairLandmarks(map, keyframe, place, found.located);
   if (static_cast<int>(pairs.size()) < options_.min_pairs) {

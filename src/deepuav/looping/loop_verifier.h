@@ -15,6 +15,7 @@ namespace deepuav {
 struct VerifierOptions {
   int min_pairs = 15;  ///< Landmarks of the keyframe and of the place that prove to be the same.
   double min_pair_ratio = 0.4;  ///< Of those seen twice.
+  double max_known_ratio = 0.3;  ///< Of the place's landmarks seen, those that the keyframe has.
   LocalMapOptions place;
   Sim3OptimisationOptions sim3;
 
@@ -23,6 +24,8 @@ struct VerifierOptions {
   void Visit(Visitor&& visit) {
     visit("min_pairs", min_pairs, "",
           "landmarks of the keyframe and of the place that prove to be the same");
+    visit("max_known_ratio", max_known_ratio, "",
+          "of the place's landmarks seen, those that the keyframe has: more is no loop");
     visit("min_pair_ratio", min_pair_ratio, "", "of the landmarks seen twice, those that agree");
   }
 };

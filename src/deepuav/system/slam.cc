@@ -22,6 +22,8 @@ void SystemOptions::Check() const {
               "0 or more");
   CheckOption(adjustment_delay_keyframes >= 1, "system.adjustment_delay_keyframes",
               adjustment_delay_keyframes, "at least 1");
+  CheckOption(end_reference_tries >= 1, "system.end_reference_tries", end_reference_tries,
+              "at least 1");
   CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
   tracking.Check();
   mapping.Check();
@@ -184,7 +186,8 @@ bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
 }
 
 std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* mapping) {
-  if (!loop_closer_) return std::nullopt;
+  if (!loop_closer_ || frame.features->size() < options_.looping.relocaliser.min_inliers)
+    return std::nullopt;
   const StageScope stage(&clock_, "relocalise");
   if (keyframe_under_way_) tracker_.UseLocalMap(mapping->Collect());
   keyframe_under_way_.reset();
@@ -256,7 +259,9 @@ void Slam::Finish(SlamResult* result) {
   try {
     if (options_.adjust_at_end && !options_.localise_only) AdjustAll();
     const StageScope stage(&clock_, "finish trajectory");
-    FrameLocator locator(camera_, options_.tracking.locator, &matcher_, nullptr);
+    LocatorOptions thorough = options_.tracking.locator;
+    thorough.reference_tries = options_.end_reference_tries;
+    FrameLocator locator(camera_, thorough, &matcher_, nullptr);
     TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
                      options_.max_gap_frames, atlas_, &locator)
         .Finish(&result->frames);

@@ -42,6 +42,8 @@ struct SystemOptions {
   bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
   bool localise_only = false;  ///< Find frames in the loaded maps and leave these as they are.
   bool refine_focal = false;   ///< The camera's focal length is a guess, to be refined then.
+  int end_reference_tries =
+      12;  ///< Keyframes matched to locate a frame at the end; as tracking.reference_tries.
   int max_gap_frames = 30;     ///< Unlocated frames in a row that the end tries to bridge.
   TrackingOptions tracking;
   MappingOptions mapping;
@@ -62,6 +64,8 @@ struct SystemOptions {
           "find frames in the loaded maps and leave these as they are");
     visit("refine_focal", refine_focal, "",
           "refine the focal length in it: for calibrations that are a guess");
+    visit("end_reference_tries", end_reference_tries, "",
+          "keyframes matched without prediction to locate a frame at the end");
     visit("max_gap_frames", max_gap_frames, "",
           "frames without a pose in a row that are tried at the end");
   }
