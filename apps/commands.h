@@ -11,8 +11,8 @@ struct ExitStatus {
   int status;
 };
 
-/// Does what the command line says, without the program's name; returns the exit status. Prints, also
-/// the one line of an error.
+/// Does what the command line says, without the program's name; returns the exit status. Prints,
+/// also the one line of an error.
 int RunProgram(std::vector<std::string> words);
 
 // Each adds one subcommand, whose callback does the work; an Error thrown there ends the program

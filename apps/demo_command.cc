@@ -39,8 +39,8 @@ void Demo(const DemoArguments& arguments) {
 }  // namespace
 
 void AddDemoCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "demo", "Simulate a flight, run SLAM on it, evaluate, write the report");
+  CLI::App* command =
+      app.add_subcommand("demo", "Simulate a flight, run SLAM on it, evaluate, write the report");
   const auto arguments = std::make_shared<DemoArguments>();
   command->add_option("--out", arguments->out, "Folder for everything")->capture_default_str();
   command->add_option("--flight", arguments->flight, "As of simulate")->capture_default_str();

@@ -30,10 +30,11 @@ void CheckSameCamera(const std::string& file, const Camera& camera, const Camera
                     camera.lens == expected.lens &&
                     std::abs(camera.pinhole.fx / expected.pinhole.fx - 1) < kSameFocal;
   if (same) return;
-  throw Error("{}: its camera has {} x {} px and a focal length of {:.1f} px: expected {} x {} and "
-              "{:.1f} as the first file's",
-              file, camera.width, camera.height, camera.pinhole.fx, expected.width,
-              expected.height, expected.pinhole.fx);
+  throw Error(
+      "{}: its camera has {} x {} px and a focal length of {:.1f} px: expected {} x {} and "
+      "{:.1f} as the first file's",
+      file, camera.width, camera.height, camera.pinhole.fx, expected.width, expected.height,
+      expected.pinhole.fx);
 }
 
 /// Puts the maps of all files side by side; `newer` are those of all but the first.
@@ -62,15 +63,15 @@ void Merge(const MergeArguments& arguments) {
   std::vector<MapId> newer;
   LoadedAtlas all = LoadAll(arguments.files, &newer);
   const std::unique_ptr<Matcher> matcher = MakeMatcher(options, all.camera);
-  const JoiningReport report = JoinMaps(
-      all.camera, options.system, {nullptr, matcher.get(), &vocabulary}, newer, &all.atlas);
+  const JoiningReport report = JoinMaps(all.camera, options.system,
+                                        {nullptr, matcher.get(), &vocabulary}, newer, &all.atlas);
   WriteMapFile(arguments.out, all.atlas, all.camera, all.origin);
   std::cout << fmt::format("{} maps joined, {} loops closed\n", report.merged_maps,
                            report.closed_loops);
   for (MapId id : all.atlas.Remaining()) {
     const Map& map = all.atlas.At(id);
-    std::cout << fmt::format("map {}: {} keyframes, {} landmarks\n", id.value,
-                             map.KeyframeCount(), map.LandmarkCount());
+    std::cout << fmt::format("map {}: {} keyframes, {} landmarks\n", id.value, map.KeyframeCount(),
+                             map.LandmarkCount());
   }
 }
 

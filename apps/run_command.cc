@@ -59,8 +59,8 @@ LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions
     return loaded;
   }
   constexpr double kSameFocal = 0.01;
-  const bool same = there.lens == here.lens &&
-                    std::abs(there.pinhole.fx / here.pinhole.fx - 1) < kSameFocal;
+  const bool same =
+      there.lens == here.lens && std::abs(there.pinhole.fx / here.pinhole.fx - 1) < kSameFocal;
   if (!same) {
     throw Error("{}: its camera has a focal length of {:.1f} px: expected {:.1f} px as the dataset",
                 file, there.pinhole.fx, here.pinhole.fx);

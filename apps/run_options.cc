@@ -91,8 +91,8 @@ Perception Eyes::perception() {
 
 std::string Eyes::VocabularyDescription() const {
   if (!vocabulary_) return "";
-  return std::filesystem::path(vocabulary_file_).filename().string() + " sha256:" +
-         vocabulary_->sha256();
+  return std::filesystem::path(vocabulary_file_).filename().string() +
+         " sha256:" + vocabulary_->sha256();
 }
 
 }  // namespace deepuav

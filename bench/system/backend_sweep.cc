@@ -5,8 +5,9 @@
 //   backend_sweep DATASET FEATURES_FILE MODEL.onnx VOCABULARY ["name=value name=value ..." ...]
 //
 // VOCABULARY may be empty (""): no place is recognised then. Beside the program's options, stride=N
-// runs every N-th frame, repeat=N shows all of it N times, start=N and end=N a part, drop_from=A drop_to=B leaves frames out (a jump
-// of the camera), blind_from=A blind_to=B takes all features away, and keypoints=N keeps the best.
+// runs every N-th frame, repeat=N shows all of it N times, start=N and end=N a part, drop_from=A
+// drop_to=B leaves frames out (a jump of the camera), blind_from=A blind_to=B takes all features
+// away, and keypoints=N keeps the best.
 
 #include <fmt/format.h>
 
@@ -72,7 +73,7 @@ struct Part {
   int drop_from = 0, drop_to = 0;    // left out: the camera jumps
   int blind_from = 0, blind_to = 0;  // without features: the camera sees nothing
 
-  int repeat = 1;                    // times that all of it is shown, one after the other
+  int repeat = 1;  // times that all of it is shown, one after the other
 
   int Frame(int index) const {
     const int frame = start + index % once() * stride;
@@ -132,15 +133,12 @@ class EmptyImages : public ImageSource {
 
 /// Takes the words that name a part of the sequence; false for another.
 bool SetPart(const std::string& word, Part* part) {
-  const std::map<std::string, int*> fields = {{"start", &part->start},
-                                              {"end", &part->end},
-                                              {"stride", &part->stride},
-                                              {"keypoints", &part->keypoints},
-                                              {"repeat", &part->repeat},
-                                              {"drop_from", &part->drop_from},
-                                              {"drop_to", &part->drop_to},
-                                              {"blind_from", &part->blind_from},
-                                              {"blind_to", &part->blind_to}};
+  const std::map<std::string, int*> fields = {
+      {"start", &part->start},      {"end", &part->end},
+      {"stride", &part->stride},    {"keypoints", &part->keypoints},
+      {"repeat", &part->repeat},    {"drop_from", &part->drop_from},
+      {"drop_to", &part->drop_to},  {"blind_from", &part->blind_from},
+      {"blind_to", &part->blind_to}};
   const size_t equals = word.find('=');
   const auto field = fields.find(word.substr(0, equals));
   if (field == fields.end()) return false;
@@ -211,8 +209,8 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     if (!record.located() && shown++ < 5)
       fmt::print("   frame {} has no pose: {}\n", record.id.value, record.reason);
   }
-  fmt::print("   {} relocalisations, {} loops, {} maps merged; {:.1f} s\n",
-             result.relocalisations, result.closed_loops, result.merged_maps, running.Seconds());
+  fmt::print("   {} relocalisations, {} loops, {} maps merged; {:.1f} s\n", result.relocalisations,
+             result.closed_loops, result.merged_maps, running.Seconds());
   std::fflush(stdout);
 }
 

@@ -30,8 +30,8 @@
 #include "deepuav/features/superpoint_turned.h"
 #include "deepuav/geometry/alignment.h"
 #include "deepuav/io/map_file.h"
-#include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/localisation/relocaliser.h"
+#include "deepuav/matching/nearest_neighbour.h"
 
 namespace deepuav {
 namespace {

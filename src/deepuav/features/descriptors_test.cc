@@ -117,8 +117,8 @@ TEST(Descriptors, AreRestoredFromWhatIsStored) {
   original.Append(std::vector<float>{0.1f, 0.2f, -0.3f, 0.9f});
   const auto values = original.stored_values();
   const auto scales = original.scales();
-  const Descriptors restored = Descriptors::FromStored(4, {values.begin(), values.end()},
-                                                       {scales.begin(), scales.end()});
+  const Descriptors restored =
+      Descriptors::FromStored(4, {values.begin(), values.end()}, {scales.begin(), scales.end()});
   ASSERT_EQ(restored.size(), 2);
   std::vector<float> expected(4), found(4);
   for (int i = 0; i < 2; ++i) {

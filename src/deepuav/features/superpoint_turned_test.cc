@@ -102,7 +102,8 @@ TEST_F(SuperPointToyTurned, DiffersFromTheUprightDescriptors) {
 
 TEST_F(SuperPointToyTurned, NothingToDescribeGivesNothing) {
   SuperPointTurned describer(53, 37, Options().model, Fp32());
-  for (const Descriptors& descriptors : describer.Describe(Noise(53, 37), Features{{}, Descriptors(64)})) {
+  for (const Descriptors& descriptors :
+       describer.Describe(Noise(53, 37), Features{{}, Descriptors(64)})) {
     EXPECT_EQ(descriptors.size(), 0);
     EXPECT_EQ(descriptors.dimension(), 64);
   }

@@ -38,17 +38,17 @@ struct Camera {
   std::vector<double> distortion;
   double rate_hz = 0;  ///< Nominal frame rate; 0 where unknown.
 
-  /// Throws Error that names the field when a value cannot be (sizes, focal lengths, centre outside the image, number
-  /// of distortion coefficients, values that are not finite, a lens that folds over inside the image). `source` is the
-  /// file named in the message.
+  /// Throws Error that names the field when a value cannot be (sizes, focal lengths, centre outside
+  /// the image, number of distortion coefficients, values that are not finite, a lens that folds
+  /// over inside the image). `source` is the file named in the message.
   void Check(const std::string& source) const;
 
-  /// The pixel in the image as taken of a point in the camera frame; nothing for a point that is not in front, or
-  /// outside the range in which the lens model is one-to-one.
+  /// The pixel in the image as taken of a point in the camera frame; nothing for a point that is
+  /// not in front, or outside the range in which the lens model is one-to-one.
   std::optional<Eigen::Vector2d> Distort(const Eigen::Vector3d& point_cam) const;
 
-  /// The pixel of the undistorted camera `pinhole` that sees what `image_px` shows; nothing where the model has no
-  /// inverse or the ray is more than `max_angle` from the axis.
+  /// The pixel of the undistorted camera `pinhole` that sees what `image_px` shows; nothing where
+  /// the model has no inverse or the ray is more than `max_angle` from the axis.
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& image_px) const;
 
   /// Rays further than this from the optical axis are not used: their pinhole pixels run away.

@@ -15,7 +15,8 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& v) {
 
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& rotation_vector) {
   const double angle = rotation_vector.norm();
-  const double half_sinc = angle < kSmallAngle ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
+  const double half_sinc =
+      angle < kSmallAngle ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
   Eigen::Quaterniond q;
   q.w() = std::cos(angle / 2);
   q.vec() = half_sinc * rotation_vector;

@@ -28,7 +28,8 @@ class SE3 {
   SE3(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
       : SE3(Eigen::Quaterniond(rotation), translation) {}
 
-  /// Restores a saved pose to the bit: `unit_rotation` is what rotation() gave, and not normalised again.
+  /// Restores a saved pose to the bit: `unit_rotation` is what rotation() gave, and not normalised
+  /// again.
   static SE3 FromUnit(const Eigen::Quaterniond& unit_rotation, const Eigen::Vector3d& translation) {
     SE3 pose;
     pose.rotation_ = unit_rotation;
@@ -47,7 +48,9 @@ class SE3 {
 
   SE3 Inverse() const;
   SE3 operator*(const SE3& other) const;
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return rotation_ * point + translation_; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation_ * point + translation_;
+  }
 
   /// Rotation angle, radians in [0, pi].
   double Angle() const { return RotationLog(rotation_).norm(); }

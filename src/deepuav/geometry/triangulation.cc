@@ -6,8 +6,10 @@
 
 namespace deepuav {
 
-std::optional<Eigen::Vector3d> TriangulatePoint(const SE3& a_from_world, const Eigen::Vector3d& ray_a,
-                                                const SE3& b_from_world, const Eigen::Vector3d& ray_b) {
+std::optional<Eigen::Vector3d> TriangulatePoint(const SE3& a_from_world,
+                                                const Eigen::Vector3d& ray_a,
+                                                const SE3& b_from_world,
+                                                const Eigen::Vector3d& ray_b) {
   const Eigen::Matrix<double, 3, 4> a = a_from_world.Matrix().topRows<3>();
   const Eigen::Matrix<double, 3, 4> b = b_from_world.Matrix().topRows<3>();
   Eigen::Matrix4d design;
@@ -21,7 +23,8 @@ std::optional<Eigen::Vector3d> TriangulatePoint(const SE3& a_from_world, const E
   return point.head<3>() / point.w();
 }
 
-double ParallaxAngle(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b, const Eigen::Vector3d& point) {
+double ParallaxAngle(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b,
+                     const Eigen::Vector3d& point) {
   const Eigen::Vector3d to_a = (center_a - point).normalized();
   const Eigen::Vector3d to_b = (center_b - point).normalized();
   return std::atan2(to_a.cross(to_b).norm(), to_a.dot(to_b));

@@ -5,10 +5,12 @@
 
 namespace deepuav {
 
-/// An 8-bit grey image. cv::Mat shares its pixels on copying: treat them as const once the image is made.
+/// An 8-bit grey image. cv::Mat shares its pixels on copying: treat them as const once the image is
+/// made.
 using GreyImage = cv::Mat1b;
 
-/// Decodes an image file as grey. Throws Error naming the file when it is missing, empty, truncated or no image.
+/// Decodes an image file as grey. Throws Error naming the file when it is missing, empty, truncated
+/// or no image.
 GreyImage LoadGrey(const std::filesystem::path& file);
 
 /// The same from the bytes of a file, `name` for messages.

@@ -123,14 +123,13 @@ TEST_F(FrameLocatorTest, DoesNotTrustAPredictionThatHardlyAnythingConfirms) {
   int doubles = 0;
   for (LandmarkId id : prior.landmarks) {
     const Landmark& landmark = made_->map.At(id);
-    const Eigen::Vector2d px =
-        world_.camera().pinhole.Project(wrong * landmark.position_world);
+    const Eigen::Vector2d px = world_.camera().pinhole.Project(wrong * landmark.position_world);
     if (px.x() < 0 || px.x() > 751 || px.y() < 0 || px.y() > 479 || doubles == 30) continue;
     ++doubles;
     features.keypoints.push_back(KeypointAt(px));
     const Observation& shown = landmark.representative;
-    features.descriptors.AppendFrom(
-        made_->map.At(shown.keyframe).features().descriptors, shown.keypoint);
+    features.descriptors.AppendFrom(made_->map.At(shown.keyframe).features().descriptors,
+                                    shown.keypoint);
     doubled.landmark.push_back(-1);
   }
   doubled.features = std::make_shared<const Features>(std::move(features));

@@ -92,17 +92,20 @@ double MeanDistance(const LocatedFrame& located, const LocalMap& local_map) {
 void RelocaliserOptions::Check() const {
   CheckOption(neighbours >= 0, "looping.relocaliser.neighbours", neighbours, "0 or more");
   CheckOption(min_matches >= 4, "looping.relocaliser.min_matches", min_matches, "at least 4");
-  CheckOption(search_radius_px > 0, "looping.relocaliser.search_radius_px", search_radius_px, "above 0");
+  CheckOption(search_radius_px > 0, "looping.relocaliser.search_radius_px", search_radius_px,
+              "above 0");
   CheckOption(min_inliers >= 6, "looping.relocaliser.min_inliers", min_inliers, "at least 6");
   CheckOption(min_inlier_ratio >= 0 && min_inlier_ratio < 1, "looping.relocaliser.min_inlier_ratio",
               min_inlier_ratio, "0 to below 1");
-  CheckOption(cells_per_side >= 1, "looping.relocaliser.cells_per_side", cells_per_side, "at least 1");
+  CheckOption(cells_per_side >= 1, "looping.relocaliser.cells_per_side", cells_per_side,
+              "at least 1");
   CheckOption(min_cells >= 1 && min_cells <= cells_per_side * cells_per_side,
               "looping.relocaliser.min_cells", min_cells, "1 to the number of cells");
   CheckOption(rival_ratio > 0 && rival_ratio <= 1, "looping.relocaliser.rival_ratio", rival_ratio,
               "above 0, at most 1");
   CheckOption(rival_distance > 0, "looping.relocaliser.rival_distance", rival_distance, "above 0");
-  CheckOption(rival_angle_deg > 0, "looping.relocaliser.rival_angle_deg", rival_angle_deg, "above 0");
+  CheckOption(rival_angle_deg > 0, "looping.relocaliser.rival_angle_deg", rival_angle_deg,
+              "above 0");
   absolute_pose.Check();
 }
 

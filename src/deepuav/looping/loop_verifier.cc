@@ -60,8 +60,8 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
                                                  const Relocaliser::Found& found,
                                                  std::string* reason) const {
   const LocalKeyframe& centre = place.keyframes[static_cast<size_t>(place.centre)];
-  LoopFinding finding{map.id(), place_map.id(), {keyframe.id, centre.id, {}},
-                      found.located.cam_from_world, {}};
+  LoopFinding finding{
+      map.id(), place_map.id(), {keyframe.id, centre.id, {}}, found.located.cam_from_world, {}};
   for (const LocatedFrame::Seen& seen : found.located.seen) {
     finding.tie.seen.push_back(
         {seen.keypoint, place.landmarks[static_cast<size_t>(seen.landmark)].id});
@@ -89,14 +89,14 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
                      refined.inlier_count >= options_.min_pair_ratio * double(pairs.size());
   if (!agree) {
     if (reason) {
-      *reason = fmt::format("{} of {} landmarks known twice agree", refined.inlier_count,
-                            pairs.size());
+      *reason =
+          fmt::format("{} of {} landmarks known twice agree", refined.inlier_count, pairs.size());
     }
     return std::nullopt;
   }
   const Sim3 centre_from_cam_here = refined.a_from_b.Inverse();
-  finding.place_from_map_world = Sim3(centre.cam_from_world.Inverse()) * centre_from_cam_here *
-                                 Sim3(keyframe.cam_from_world);
+  finding.place_from_map_world =
+      Sim3(centre.cam_from_world.Inverse()) * centre_from_cam_here * Sim3(keyframe.cam_from_world);
   return finding;
 }
 

@@ -14,7 +14,7 @@ namespace deepuav {
 
 struct VerifierOptions {
   int min_pairs = 15;  ///< Landmarks of the keyframe and of the place that prove to be the same.
-  double min_pair_ratio = 0.4;  ///< Of those seen twice.
+  double min_pair_ratio = 0.4;   ///< Of those seen twice.
   double max_known_ratio = 0.3;  ///< Of the place's landmarks seen, those that the keyframe has.
   LocalMapOptions place;
   Sim3OptimisationOptions sim3;
@@ -34,7 +34,7 @@ struct VerifierOptions {
 struct LoopFinding {
   MapId map, place_map;
   LoopTie tie;
-  SE3 cam_from_place_world;  ///< The keyframe's pose by the landmarks of the place.
+  SE3 cam_from_place_world;   ///< The keyframe's pose by the landmarks of the place.
   Sim3 place_from_map_world;  ///< Moves the keyframe's surroundings to where the place says.
 };
 
@@ -55,9 +55,8 @@ class LoopVerifier {
                                     std::string* reason = nullptr);
 
  private:
-  std::optional<LoopFinding> Compare(const Map& map, const Keyframe& keyframe,
-                                     const Map& place_map, const LocalMap& place,
-                                     const Relocaliser::Found& found,
+  std::optional<LoopFinding> Compare(const Map& map, const Keyframe& keyframe, const Map& place_map,
+                                     const LocalMap& place, const Relocaliser::Found& found,
                                      std::string* reason) const;
   /// The landmarks that both sides know: a in the keyframe's camera, b in that of the place's
   /// centre.

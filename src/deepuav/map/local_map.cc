@@ -70,8 +70,8 @@ LocalLandmark CopyLandmark(const Landmark& landmark) {
 }
 
 LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const std::vector<LandmarkId>& landmarks) {
-  LocalKeyframe copy{keyframe.id, keyframe.cam_from_world, keyframe.scale,
-                     keyframe.frame.features, {}};
+  LocalKeyframe copy{
+      keyframe.id, keyframe.cam_from_world, keyframe.scale, keyframe.frame.features, {}};
   copy.landmarks.assign(keyframe.landmarks.size(), -1);
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;

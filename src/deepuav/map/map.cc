@@ -68,9 +68,9 @@ void Map::RemoveKeyframe(KeyframeId id) {
     AddLoop(keyframe.parent, other);
   }
   const Keyframe& parent = keyframes_.At(keyframe.parent);
-  culled_[id] = {{parent.id, keyframe.cam_from_world * parent.cam_from_world.Inverse(),
-                  parent.scale},
-                 keyframe.scale};
+  culled_[id] = {
+      {parent.id, keyframe.cam_from_world * parent.cam_from_world.Inverse(), parent.scale},
+      keyframe.scale};
   keyframes_.Erase(id);
 }
 

@@ -23,11 +23,11 @@ struct KeyframeMove {
 /// What closing a loop or joining two maps changes: a value that looping makes and the Mapper
 /// applies in one step.
 struct MapCorrection {
-  MapId map;                           ///< That is corrected.
-  MapId into;                          ///< That it becomes part of; `map` itself for a loop.
-  Sim3 into_from_map;                  ///< Where it becomes part of another.
+  MapId map;                            ///< That is corrected.
+  MapId into;                           ///< That it becomes part of; `map` itself for a loop.
+  Sim3 into_from_map;                   ///< Where it becomes part of another.
   std::vector<KeyframeMove> keyframes;  ///< For a loop: all keyframes of the map that move.
-  std::vector<LoopTie> ties;           ///< The newest last.
+  std::vector<LoopTie> ties;            ///< The newest last.
 
   bool merges() const { return map != into; }
 };

@@ -46,8 +46,7 @@ MapState ShiftedState(const Map& map, MapId id, const IdShift& shift) {
     CulledKeyframe& copy = state.culled[shift(keyframe)] = culled;
     copy.pose.keyframe = shift(copy.pose.keyframe);
   }
-  for (const auto& [from, into] : map.merged_into())
-    state.merged_into[shift(from)] = shift(into);
+  for (const auto& [from, into] : map.merged_into()) state.merged_into[shift(from)] = shift(into);
   return state;
 }
 

@@ -70,12 +70,12 @@ class MapperTest : public testing::Test {
         static_cast<int>(atlas_.At(local_map.map).At(reference.id).frame.id.value);
     SE3 motion = Truth(frame) * Truth(reference_frame).Inverse();
     motion = SE3(motion.rotation(), motion.translation() / depth_);
-    KeyframeRequest request{local_map.map,
-                            FrameOf(frame, View(frame)),
-                            {reference.id, Perturbed(motion, 0.002, 0.001, &random_),
-                             reference.scale},
-                            {},
-                            {}};
+    KeyframeRequest request{
+        local_map.map,
+        FrameOf(frame, View(frame)),
+        {reference.id, Perturbed(motion, 0.002, 0.001, &random_), reference.scale},
+        {},
+        {}};
     for (const LocalLandmark& landmark : local_map.landmarks) {
       const Landmark& whole = atlas_.At(local_map.map).At(landmark.id);
       const Observation& o = whole.representative;

@@ -15,7 +15,6 @@ struct JoiningReport {
 /// changed. Throws Error where `perception` has no vocabulary. Descriptors are only known under the
 /// heading they were taken with.
 JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
-                       const Perception& perception, const std::vector<MapId>& newer,
-                       Atlas* atlas);
+                       const Perception& perception, const std::vector<MapId>& newer, Atlas* atlas);
 
 }  // namespace deepuav

@@ -44,7 +44,7 @@ struct SystemOptions {
   bool refine_focal = false;   ///< The camera's focal length is a guess, to be refined then.
   int end_reference_tries =
       12;  ///< Keyframes matched to locate a frame at the end; as tracking.reference_tries.
-  int max_gap_frames = 30;     ///< Unlocated frames in a row that the end tries to bridge.
+  int max_gap_frames = 30;  ///< Unlocated frames in a row that the end tries to bridge.
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;

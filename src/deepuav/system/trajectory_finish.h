@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "deepuav/localisation/frame_locator.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/system/frame_record.h"
-#include "deepuav/localisation/frame_locator.h"
 
 namespace deepuav {
 
@@ -13,8 +13,8 @@ class TrajectoryFinish {
  public:
   /// All must outlive it; the map is not changed any more.
   TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
-                   const LocalMapOptions& local_map_options, int max_gap_frames,
-                   const Atlas& atlas, FrameLocator* locator);
+                   const LocalMapOptions& local_map_options, int max_gap_frames, const Atlas& atlas,
+                   FrameLocator* locator);
 
   /// Optimises every located frame once more against the final map, then locates the others
   /// outwards from their located neighbours, first backwards, then forwards.

@@ -15,8 +15,8 @@ class MotionModel {
   /// Takes the pose of the newest tracked frame.
   void Update(Timestamp time, const SE3& cam_from_world);
 
-  /// The newest pose, if there is one, was corrected, and all lengths grew by `growth`; the velocity
-  /// stays but for that.
+  /// The newest pose, if there is one, was corrected, and all lengths grew by `growth`; the
+  /// velocity stays but for that.
   void Correct(const SE3& cam_from_world, double growth = 1);
 
   /// The pose at `time`; the newest pose where no velocity is known yet; nothing before the first

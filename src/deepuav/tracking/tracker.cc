@@ -119,8 +119,8 @@ void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
   const LocalKeyframe* reference = FindKeyframe(*local_map_, pose.keyframe);
   if (!reference) return;
   const double growth = reference->scale / pose.keyframe_scale;
-  pose.cam_from_keyframe = SE3(pose.cam_from_keyframe.rotation(),
-                               growth * pose.cam_from_keyframe.translation());
+  pose.cam_from_keyframe =
+      SE3(pose.cam_from_keyframe.rotation(), growth * pose.cam_from_keyframe.translation());
   pose.keyframe_scale = reference->scale;
   motion_.Correct(pose.cam_from_keyframe * reference->cam_from_world, growth);
 }

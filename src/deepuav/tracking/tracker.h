@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "deepuav/map/requests.h"
 #include "deepuav/localisation/frame_locator.h"
+#include "deepuav/map/requests.h"
 #include "deepuav/tracking/initialiser.h"
 #include "deepuav/tracking/keyframe_decision.h"
 #include "deepuav/tracking/motion_model.h"
@@ -25,7 +25,8 @@ struct TrackingOptions {
   void Visit(Visitor&& visit) {
     visit("max_lost_frames", max_lost_frames, "",
           "frames without a pose after which a new map is started");
-    visit("max_lost_s", max_lost_s, "s", "time since the last pose with which a new map is started");
+    visit("max_lost_s", max_lost_s, "s",
+          "time since the last pose with which a new map is started");
   }
 };
 
@@ -65,8 +66,8 @@ class Tracker {
   /// surroundings get to know how they look now.
   TrackingResult Resume(const Frame& frame, std::shared_ptr<const LocalMap> local_map,
                         const LocatedFrame& located);
-  /// Goes on with a newer copy of the surroundings, which may have become part of another map; poses
-  /// move with their reference keyframe.
+  /// Goes on with a newer copy of the surroundings, which may have become part of another map;
+  /// poses move with their reference keyframe.
   void UseLocalMap(std::shared_ptr<const LocalMap> local_map);
 
  private:
