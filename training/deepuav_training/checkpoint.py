@@ -42,6 +42,16 @@ def load_checkpoint(path: Path, state: TrainingState) -> None:
         raise TrainingError(f"{path}: found no checkpoint of this network: {error}") from error
 
 
+def start_from(path: Path, state: TrainingState) -> None:
+    """Sets the weights alone to the averaged ones of a checkpoint: the start of another run."""
+    try:
+        average = torch.load(path, map_location="cpu", weights_only=True)["average"]
+        state.network.load_state_dict(average)
+        state.average.load_state_dict(average)
+    except (OSError, RuntimeError, KeyError, ValueError) as error:
+        raise TrainingError(f"{path}: found no checkpoint of this network: {error}") from error
+
+
 @torch.no_grad()
 def update_average(average: nn.Module, network: nn.Module, step: int, decay: float) -> None:
     """Moves the averaged weights and statistics towards the network's, faster at the start."""

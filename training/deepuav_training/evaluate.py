@@ -17,12 +17,11 @@ from deepuav_training.data.homography import (HomographyConfig, sample_homograph
 from deepuav_training.data.manifest import Photograph, read_manifest, split_photographs
 from deepuav_training.data.photometric import PhotometricConfig, change_light, degrade
 from deepuav_training.data.views import load_grey
-from deepuav_training.keypoints import (CELL, DetectionConfig, detect, probability_map,
-                                        sample_descriptors)
+from deepuav_training.keypoints import CELL
 from deepuav_training.label import LabelConfig
-from deepuav_training.metrics import (area_under_curve, homography_error, mutual_nearest,
-                                      precision, repeatability)
-from deepuav_training.runtime import Network
+from deepuav_training.methods import Method, MethodOptions, nearest_methods
+from deepuav_training.metrics import (area_under_curve, homography_error, precision,
+                                      repeatability)
 
 SETS = ("easy", "hard", "turned 90", "turned 180")
 _LIMITS_PX = (1.0, 3.0, 5.0)
@@ -80,34 +79,41 @@ def make_pair(photo: np.ndarray, kind: str, rng: np.random.Generator) -> Pair:
     return Pair(a, b, b_from_a)
 
 
-def features(network: Network, image: np.ndarray, detection: DetectionConfig
-             ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (N, 2) and their descriptors (N, C)."""
-    logits, descriptors = network(image)
-    points, _ = detect(probability_map(logits), detection)
-    return points, sample_descriptors(descriptors, points)
-
-
-def measure(network_a: Network, network_b: Network, pairs: list[Pair],
-            detection: DetectionConfig) -> dict[str, float]:
-    """Percentages over the pairs of one set, a seen by one network, b by another or the same."""
-    errors, precisions, repeated, counts, matched = [], [], [], [], []
+def measure(method: Method, pairs: list[Pair], estimators: tuple = ("lo-ransac",)
+            ) -> dict[str, dict[str, float]]:
+    """Percentages over the pairs of one set, by estimator of the homography."""
+    errors = {name: [] for name in estimators}
+    precisions, repeated, counts, matched = [], [], [], []
     for pair in pairs:
-        points_a, descriptors_a = features(network_a, pair.a, detection)
-        points_b, descriptors_b = features(network_b, pair.b, detection)
-        size = pair.a.shape[::-1]
-        matches = mutual_nearest(descriptors_a, descriptors_b)
-        a, b = points_a[matches[:, 0]], points_b[matches[:, 1]]
-        errors.append(homography_error(a, b, pair.b_from_a, *size))
+        seen_a, seen_b = method.extract_a(pair.a), method.extract_b(pair.b)
+        matches = method.match(seen_a, seen_b)
+        a, b = seen_a.points[matches[:, 0]], seen_b.points[matches[:, 1]]
+        size = seen_a.size
+        for name, found in errors.items():
+            found.append(homography_error(a, b, pair.b_from_a, *size, name))
         precisions.append(precision(a, b, pair.b_from_a, _MATCH_PX))
-        repeated.append(repeatability(points_a, points_b, pair.b_from_a, size, size, _MATCH_PX))
-        counts.append(len(points_a))
+        repeated.append(repeatability(seen_a.points, seen_b.points, pair.b_from_a, size, size,
+                                      _MATCH_PX))
+        counts.append(len(seen_a.points))
         matched.append(len(matches))
-    result = {f"AUC@{limit:g}": 100 * area_under_curve(errors, limit) for limit in _LIMITS_PX}
-    result |= {"precision": 100 * float(np.mean(precisions)),
-               "repeatability": 100 * float(np.mean(repeated)),
-               "points": float(np.mean(counts)), "matches": float(np.mean(matched))}
-    return result
+    shared = {"precision": 100 * float(np.mean(precisions)),
+              "repeatability": 100 * float(np.mean(repeated)),
+              "points": float(np.mean(counts)), "matches": float(np.mean(matched))}
+    return {name: shared | {f"AUC@{limit:g}": 100 * area_under_curve(found, limit)
+                            for limit in _LIMITS_PX} for name, found in errors.items()}
+
+
+def measure_sets(method: Method, labels: LabelConfig, photos: list[Photograph], seed: int,
+                 estimators: tuple = ("lo-ransac",)) -> dict[str, dict[str, dict[str, float]]]:
+    """By estimator, the figures of each set, of one pair a photograph."""
+    results = {name: {} for name in estimators}
+    for number, kind in enumerate(SETS):
+        pairs = [make_pair(load_grey(Path(labels.images) / photo.file), kind,
+                           np.random.default_rng([seed, number, i]))
+                 for i, photo in enumerate(photos)]
+        for name, figures in measure(method, pairs, estimators).items():
+            results[name][kind] = figures
+    return results
 
 
 def format_row(name: str, result: dict[str, dict[str, float]]) -> str:
@@ -120,38 +126,44 @@ def format_row(name: str, result: dict[str, dict[str, float]]) -> str:
     return f"| {name} | " + " | ".join(cells) + " |"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--labels", required=True, help="configuration of the labels: the split")
+def add_method_arguments(parser: argparse.ArgumentParser) -> None:
+    """What names the methods and their options."""
     parser.add_argument("--models", nargs="+", required=True, metavar="FILE[+FILE]",
                         help="networks; with a + the second sees the second view")
-    parser.add_argument("--pairs", type=int, default=60, help="of a set (%(default)s)")
+    parser.add_argument("--superglue", nargs="*", default=[], metavar="FILE",
+                        help="matchers, besides nearest neighbours")
     parser.add_argument("--points", type=int, default=1024, help="at most (%(default)s)")
     parser.add_argument("--threshold", type=float, default=0.005)
     parser.add_argument("--precision", default="f32", choices=("f32", "bf16"))
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--json", type=Path, help="where to write the figures too")
+
+
+def methods_of(arguments: argparse.Namespace) -> list[Method]:
+    """The methods that add_method_arguments' arguments name."""
+    options = MethodOptions(arguments.points, arguments.threshold, arguments.precision,
+                            arguments.threads)
+    return nearest_methods(arguments.models, arguments.superglue, options)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--labels", required=True, help="configuration of the labels: the split")
+    parser.add_argument("--pairs", type=int, default=60, help="of a set (%(default)s)")
+    add_method_arguments(parser)
     arguments = parser.parse_args()
     cv2.setNumThreads(arguments.threads)
     labels = load_config(LabelConfig, arguments.labels)
     photos = held_out(labels, arguments.pairs, arguments.seed)
-    detection = DetectionConfig(max_points=arguments.points, threshold=arguments.threshold)
     print(f"{len(photos)} pairs a set, at most {arguments.points} points above "
-          f"{arguments.threshold}, mutual nearest neighbours, LO-RANSAC, {arguments.precision}; "
+          f"{arguments.threshold}, LO-RANSAC, {arguments.precision}; "
           "AUC@1/3/5 px, precision (P) and repeatability (R) at 3 px, points (N)\n")
     print(f"| network | {' | '.join(SETS)} |\n|---{'|---' * len(SETS)}|", flush=True)
     results = {}
-    for name in arguments.models:
-        files = name.split("+")
-        networks = [Network(file, arguments.threads, arguments.precision) for file in files]
-        results[name] = {}
-        for number, kind in enumerate(SETS):
-            pairs = [make_pair(load_grey(Path(labels.images) / photo.file), kind,
-                               np.random.default_rng([arguments.seed, number, i]))
-                     for i, photo in enumerate(photos)]
-            results[name][kind] = measure(networks[0], networks[-1], pairs, detection)
-        print(format_row(" + ".join(Path(file).stem for file in files), results[name]), flush=True)
+    for method in methods_of(arguments):
+        results[method.name] = measure_sets(method, labels, photos, arguments.seed)["lo-ransac"]
+        print(format_row(method.name, results[method.name]), flush=True)
     if arguments.json:
         arguments.json.write_text(json.dumps(results, indent=1))
 

@@ -15,16 +15,18 @@ import numpy as np
 import poselib
 
 from deepuav_training.data.sequences import Sequence, load_undistorted, read_sequence
-from deepuav_training.evaluate import features
-from deepuav_training.keypoints import DetectionConfig
-from deepuav_training.metrics import area_under_curve, mutual_nearest
-from deepuav_training.runtime import Network
+from deepuav_training.evaluate import add_method_arguments, methods_of
+from deepuav_training.methods import Extractor, Method
+from deepuav_training.metrics import area_under_curve
+from deepuav_training.runtime import Features
 
 _GAPS = (5, 10, 20, 40)  # frames between the two of a pair
 _LIMITS_DEG = (5.0, 10.0, 20.0)
 _LEAST_BASELINE_M = 0.03
 _LARGEST_TURN_DEG = 50.0
 _INLIER_PX = 1.5
+_ITERATIONS = 10000
+_CONFIDENCE = 0.9999
 
 
 def rotation_angle_deg(rotation: np.ndarray) -> float:
@@ -59,75 +61,103 @@ def relative_pose(sequence: Sequence, a: int, b: int) -> np.ndarray:
 
 
 def pose_error_deg(points_a: np.ndarray, points_b: np.ndarray, camera_matrix: np.ndarray,
-                   b_from_a: np.ndarray) -> float:
-    """The larger of the errors of rotation and of translation's direction; inf if none is found."""
+                   b_from_a: np.ndarray, estimator: str = "lo-ransac") -> float:
+    """The larger of the errors of rotation and of translation's direction; inf if none is found.
+
+    `estimator` is "lo-ransac" (PoseLib) or "ransac" (OpenCV).
+    """
     if len(points_a) < 5:
         return np.inf
-    k = camera_matrix
+    find = _opencv_pose if estimator == "ransac" else _poselib_pose
+    pose = find(points_a.astype(np.float64), points_b.astype(np.float64), camera_matrix)
+    if pose is None:
+        return np.inf
+    rotation, translation = pose
+    return max(rotation_angle_deg(rotation @ b_from_a[:3, :3].T),
+               angle_deg(translation, b_from_a[:3, 3]))
+
+
+def _poselib_pose(a: np.ndarray, b: np.ndarray, k: np.ndarray
+                  ) -> tuple[np.ndarray, np.ndarray] | None:
     camera = {"model": "PINHOLE", "width": int(2 * k[0, 2]) + 1, "height": int(2 * k[1, 2]) + 1,
               "params": [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]}
     pose, info = poselib.estimate_relative_pose(
-        points_a.astype(np.float64), points_b.astype(np.float64), camera, camera,
-        {"max_epipolar_error": _INLIER_PX, "max_iterations": 10000, "seed": 0})
-    if info["num_inliers"] < 5:
-        return np.inf
-    return max(rotation_angle_deg(pose.R @ b_from_a[:3, :3].T),
-               angle_deg(np.asarray(pose.t), b_from_a[:3, 3]))
+        a, b, camera, camera,
+        {"max_epipolar_error": _INLIER_PX, "max_iterations": _ITERATIONS, "seed": 0})
+    return (pose.R, np.asarray(pose.t)) if info["num_inliers"] >= 5 else None
 
 
-def measure_poses(network: Network, sequence: Sequence, pairs: list[tuple[int, int]],
-                  detection: DetectionConfig, long_side: int) -> dict[str, float]:
-    """AUC of the pose error in per cent."""
+def _opencv_pose(a: np.ndarray, b: np.ndarray, k: np.ndarray
+                 ) -> tuple[np.ndarray, np.ndarray] | None:
+    cv2.setRNGSeed(0)
+    essential, inliers = cv2.findEssentialMat(a, b, k, cv2.RANSAC, _CONFIDENCE, _INLIER_PX,
+                                              _ITERATIONS)
+    if essential is None or essential.shape != (3, 3):
+        return None
+    count, rotation, translation, _ = cv2.recoverPose(essential, a, b, k, mask=inliers)
+    return (rotation, translation[:, 0]) if count >= 5 else None
+
+
+def measure_poses(method: Method, sequence: Sequence, pairs: list[tuple[int, int]],
+                  long_side: int, estimators: tuple = ("lo-ransac",)
+                  ) -> dict[str, dict[str, float]]:
+    """AUC of the pose error in per cent, by estimator of the pose."""
 
     @functools.lru_cache(maxsize=256)
-    def seen(index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def seen(index: int, extract: Extractor) -> tuple[Features, np.ndarray]:
         image, matrix = load_undistorted(sequence, index, long_side)
-        return *features(network, image, detection), matrix
+        return extract(image), matrix
 
-    errors, matched = [], []
+    errors, matched = {name: [] for name in estimators}, []
     for a, b in pairs:
-        points_a, descriptors_a, matrix = seen(a)
-        points_b, descriptors_b, _ = seen(b)
-        matches = mutual_nearest(descriptors_a, descriptors_b)
+        seen_a, matrix = seen(a, method.extract_a)
+        seen_b, _ = seen(b, method.extract_b)
+        matches = method.match(seen_a, seen_b)
         matched.append(len(matches))
-        errors.append(pose_error_deg(points_a[matches[:, 0]], points_b[matches[:, 1]], matrix,
-                                     relative_pose(sequence, a, b)))
-    result = {f"AUC@{limit:g}": 100 * area_under_curve(errors, limit) for limit in _LIMITS_DEG}
-    return result | {"matches": float(np.mean(matched))}
+        matched_a, matched_b = seen_a.points[matches[:, 0]], seen_b.points[matches[:, 1]]
+        for name, found in errors.items():
+            found.append(pose_error_deg(matched_a, matched_b, matrix,
+                                        relative_pose(sequence, a, b), name))
+    return {name: {f"AUC@{limit:g}": 100 * area_under_curve(found, limit)
+                   for limit in _LIMITS_DEG} | {"matches": float(np.mean(matched))}
+            for name, found in errors.items()}
+
+
+def read_sequences(texts: list[str]) -> dict[str, Sequence]:
+    """Sequences FOLDER or FOLDER@FOCAL_PX by the folder's name."""
+    sequences = {}
+    for text in texts:
+        folder, _, focal = text.partition("@")
+        sequences[Path(folder).name] = read_sequence(folder, float(focal) if focal else None)
+    return sequences
+
+
+def format_cell(result: dict[str, float]) -> str:
+    """AUC@5/10/20 and the mean number of matches."""
+    return (f"{result['AUC@5']:.0f}/{result['AUC@10']:.0f}/{result['AUC@20']:.0f} "
+            f"({result['matches']:.0f})")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", nargs="+", required=True)
     parser.add_argument("--sequences", nargs="+", required=True, metavar="FOLDER[@FOCAL_PX]")
     parser.add_argument("--pairs", type=int, default=200, help="of a sequence (%(default)s)")
-    parser.add_argument("--points", type=int, default=1024, help="at most (%(default)s)")
-    parser.add_argument("--threshold", type=float, default=0.005)
     parser.add_argument("--long-side", type=int, default=640, help="pixels (%(default)s)")
-    parser.add_argument("--precision", default="f32", choices=("f32", "bf16"))
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--seed", type=int, default=11)
-    parser.add_argument("--json", type=Path, help="where to write the figures too")
+    add_method_arguments(parser)
     arguments = parser.parse_args()
     cv2.setNumThreads(arguments.threads)
-    detection = DetectionConfig(max_points=arguments.points, threshold=arguments.threshold)
-    sequences = {}
-    for text in arguments.sequences:
-        folder, _, focal = text.partition("@")
-        sequences[Path(folder).name] = read_sequence(folder, float(focal) if focal else None)
+    sequences = read_sequences(arguments.sequences)
     print(f"| pose AUC@5/10/20 (matches) | {' | '.join(sequences)} |")
     print("|---" * (1 + len(sequences)) + "|", flush=True)
     results = {}
-    for model in arguments.models:
-        network = Network(model, arguments.threads, arguments.precision)
-        results[model] = {
-            name: measure_poses(network, sequence,
-                                choose_pairs(sequence, arguments.pairs, arguments.seed), detection,
-                                arguments.long_side)
+    for method in methods_of(arguments):
+        results[method.name] = {
+            name: measure_poses(method, sequence,
+                                choose_pairs(sequence, arguments.pairs, arguments.seed),
+                                arguments.long_side)["lo-ransac"]
             for name, sequence in sequences.items()}
-        cells = [f"{r['AUC@5']:.0f}/{r['AUC@10']:.0f}/{r['AUC@20']:.0f} ({r['matches']:.0f})"
-                 for r in results[model].values()]
-        print(f"| {Path(model).stem} | {' | '.join(cells)} |", flush=True)
+        cells = map(format_cell, results[method.name].values())
+        print(f"| {method.name} | {' | '.join(cells)} |", flush=True)
     if arguments.json:
         arguments.json.write_text(json.dumps(results, indent=1))
 

@@ -1,9 +1,12 @@
 """Measures of key points and matches between two views of a plane."""
 
+import cv2
 import numpy as np
 import poselib
 
 from deepuav_training.data.homography import inside, warp_points
+
+_INLIER_PX, _ITERATIONS = 3.0, 5000
 
 
 def mutual_nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -41,14 +44,21 @@ def repeatability(points_a: np.ndarray, points_b: np.ndarray, b_from_a: np.ndarr
 
 
 def homography_error(points_a: np.ndarray, points_b: np.ndarray, b_from_a: np.ndarray,
-                     width: int, height: int, inlier_px: float = 3.0) -> float:
-    """Mean error of the corners (pixels) of the homography found by LO-RANSAC; inf if none."""
+                     width: int, height: int, estimator: str = "lo-ransac") -> float:
+    """Mean error of the corners (pixels) of the homography that is found; inf if none is.
+
+    `estimator` is "lo-ransac" (PoseLib) or "ransac" (OpenCV).
+    """
     if len(points_a) < 4:
         return np.inf
-    estimate, _ = poselib.estimate_homography(
-        points_a.astype(np.float64), points_b.astype(np.float64),
-        {"max_reproj_error": inlier_px, "max_iterations": 5000, "seed": 0})
-    if abs(estimate[2, 2]) < 1e-9:
+    a, b = points_a.astype(np.float64), points_b.astype(np.float64)
+    if estimator == "ransac":
+        cv2.setRNGSeed(0)
+        estimate, _ = cv2.findHomography(a, b, cv2.RANSAC, _INLIER_PX, maxIters=_ITERATIONS)
+    else:
+        estimate, _ = poselib.estimate_homography(
+            a, b, {"max_reproj_error": _INLIER_PX, "max_iterations": _ITERATIONS, "seed": 0})
+    if estimate is None or abs(estimate[2, 2]) < 1e-9:
         return np.inf
     estimate /= estimate[2, 2]  # the sign decides what lies behind the camera
     corners = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]], float)

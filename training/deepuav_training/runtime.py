@@ -1,11 +1,24 @@
 """Running an exported network with OpenVINO."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import openvino
 
 from deepuav_training.errors import TrainingError
+from deepuav_training.keypoints import (DetectionConfig, detect, probability_map,
+                                        sample_descriptors)
+
+
+@dataclass(frozen=True)
+class Features:
+    """Key points of one image, the best first."""
+
+    points: np.ndarray  # (N, 2) float32, pixels
+    scores: np.ndarray  # (N,) float32
+    descriptors: np.ndarray  # (N, C) float32, of length 1
+    size: tuple[int, int]  # of the image: width, height
 
 
 class Network:
@@ -47,3 +60,10 @@ class Network:
             compiled = self._core.compile_model(model, "CPU", self._settings)
             self._requests[shape] = compiled.create_infer_request()
         return self._requests[shape]
+
+
+def extract(network: Network, image: np.ndarray, detection: DetectionConfig) -> Features:
+    """What a network finds in a grey image (H, W), sides multiples of 8."""
+    logits, descriptors = network(image)
+    points, scores = detect(probability_map(logits), detection)
+    return Features(points, scores, sample_descriptors(descriptors, points), image.shape[::-1])

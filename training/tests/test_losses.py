@@ -5,8 +5,9 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training import keypoints
+from deepuav_training.data.pairs import cell_labels
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
-                                     sample_descriptors)
+                                     position_loss, sample_descriptors)
 
 
 def unit_rows(*shape):
@@ -40,6 +41,37 @@ def test_detector_loss_ignores_unknown_cells():
 def test_detector_loss_without_known_cells_is_zero():
     cells = torch.full((1, 65, 1, 1), 1 / 65)
     assert detector_loss(torch.randn(1, 65, 1, 1), cells, torch.zeros(1, 1, 1).bool()) == 0
+
+
+def logits_with_points_at(points):
+    """Those of a detector that is sure of key points (N, 2), blurred by 0.6 pixels."""
+    cells = cell_labels(np.asarray(points), np.full(len(points), 0.9), 48, 40, 0.6)
+    return torch.log(torch.from_numpy(cells)[None] + 1e-9)
+
+
+def test_position_loss_is_least_at_the_true_position():
+    points = torch.tensor([[[15.7, 16.2], [31.0, 23.4]]])  # the first at the corner of four cells
+    valid = torch.ones(1, 2, dtype=torch.bool)
+    found = [position_loss(logits_with_points_at(points[0].numpy() + (shift, 0)), points, valid,
+                           0.6, 3).item() for shift in (-1.0, -0.4, 0.0, 0.4, 1.0)]
+    assert found[2] == min(found) and found[0] > found[1] + 1 and found[4] > found[3] + 1
+
+
+def test_position_loss_does_not_ask_how_sure_the_detector_is():
+    points, valid = torch.tensor([[[20.3, 20.1]]]), torch.ones(1, 1, dtype=torch.bool)
+    logits = logits_with_points_at(points[0].numpy())
+    unsure = logits.clone()
+    unsure[:, 64] += 3
+    sure, doubtful = (position_loss(l, points, valid, 0.6, 3).item() for l in (logits, unsure))
+    assert abs(sure - doubtful) < 1e-4
+
+
+def test_position_loss_leaves_out_invalid_points():
+    points = torch.tensor([[[20.3, 20.1], [0.0, 0.0]]])
+    logits = torch.randn(1, 65, 5, 6, generator=torch.Generator().manual_seed(0))
+    alone = position_loss(logits, points[:, :1], torch.tensor([[True]]), 0.6, 3)
+    both = position_loss(logits, points, torch.tensor([[True, False]]), 0.6, 3)
+    torch.testing.assert_close(alone, both)
 
 
 def test_descriptors_are_sampled_as_for_inference():

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import torch
 
-from deepuav_training.checkpoint import load_checkpoint, save_checkpoint
+from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
 from deepuav_training.data.pairs import Sample, cell_labels
 from deepuav_training.errors import TrainingError
 from deepuav_training.export import check_export, export_onnx
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
-from deepuav_training.train_small import (Pace, TrainConfig, collate, learning_rate, new_state,
-                                          train_step)
+from deepuav_training.train_small import TrainConfig, collate, losses_of, new_state
+from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
 
 TINY = SmallSuperPointConfig(half=4, quarter=4, eighth=8, deep=8, detail=4, head=8,
                              descriptor_hidden=8)
@@ -29,6 +29,14 @@ def tiny_batch(seed):
         samples.append(Sample(np.stack([image, image]), np.stack([cells, cells]),
                               np.ones((2, 6, 6), bool), np.stack([points, points]), descriptors, 5))
     return collate(samples)
+
+
+def learn(state, seed):
+    """A step on the batch of that seed."""
+    batch = tiny_batch(seed)
+    fixed = Objective(lambda network, _: losses_of(network, batch, CONFIG),
+                      {"detector": 1.0, "position": 0.5, "distillation": 2.0, "matching": 0.3})
+    return train_step(state, fixed, CONFIG)
 
 
 def weights(state):
@@ -63,40 +71,61 @@ def test_collating_puts_labelled_views_first():
 
 
 def test_training_lowers_every_loss():
-    state, batch = new_state(CONFIG), tiny_batch(0)
+    state = new_state(CONFIG)
     state.progress = CONFIG.warmup
-    first = train_step(state, batch, CONFIG)
+    first = learn(state, 0)
     for _ in range(40):
-        last = train_step(state, batch, CONFIG)
+        last = learn(state, 0)
     assert all(last[name] < 0.9 * first[name] for name in first), (first, last)
 
 
 def test_training_resumes_exactly(tmp_path):
     straight, pace = new_state(CONFIG), Pace(CONFIG.steps, None)
     for step in range(6):
-        train_step(straight, tiny_batch(step), CONFIG)
+        learn(straight, step)
         straight.progress = pace.advance(straight.progress)
         if step == 2:
             save_checkpoint(tmp_path / "c.pt", straight)
     resumed = new_state(TrainConfig(network=TINY, batch=2, bfloat16=False, seed=99))
     load_checkpoint(tmp_path / "c.pt", resumed)
     for step in range(resumed.step, 6):
-        train_step(resumed, tiny_batch(step), CONFIG)
+        learn(resumed, step)
         resumed.progress = pace.advance(resumed.progress)
     assert resumed.step == straight.step and resumed.progress == straight.progress
     assert torch.equal(weights(straight), weights(resumed))
 
 
-def test_checkpoint_of_another_network_is_refused(tmp_path):
+def test_a_new_run_starts_from_averaged_weights(tmp_path):
+    earlier = new_state(CONFIG)
+    for step in range(3):
+        learn(earlier, step)
+    save_checkpoint(tmp_path / "c.pt", earlier)
+    state = new_state(TrainConfig(network=TINY, seed=99))
+    start_from(tmp_path / "c.pt", state)
+    assert torch.equal(weights(state), weights(earlier))
+    for name, value in earlier.average.state_dict().items():
+        assert torch.equal(state.network.state_dict()[name], value)
+    assert state.step == 0 and state.progress == 0 and not state.optimiser.state
+
+
+@pytest.mark.parametrize("load", [load_checkpoint, start_from])
+def test_checkpoint_of_another_network_is_refused(tmp_path, load):
     save_checkpoint(tmp_path / "c.pt", new_state(CONFIG))
     with pytest.raises(TrainingError, match="c.pt"):
-        load_checkpoint(tmp_path / "c.pt", new_state(TrainConfig()))
+        load(tmp_path / "c.pt", new_state(TrainConfig()))
 
 
 def test_learning_rate_rises_and_falls():
     assert learning_rate(0, CONFIG) < 0.1 * CONFIG.learning_rate
     assert learning_rate(CONFIG.warmup, CONFIG) == pytest.approx(CONFIG.learning_rate)
     assert learning_rate(1, CONFIG) == pytest.approx(0.01 * CONFIG.learning_rate)
+
+
+def test_a_schedule_has_as_many_steps_as_it_says():
+    pace, progress, steps = Pace(49, None), 0.0, 0
+    while progress < 1:
+        progress, steps = pace.advance(progress), steps + 1
+    assert steps == 49
 
 
 def test_exported_network_equals_torch_at_any_size(tmp_path):

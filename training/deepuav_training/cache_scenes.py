@@ -1,0 +1,120 @@
+"""Stage 4, first part: scenes with true correspondences, and a network's features of their views.
+
+    python -m deepuav_training.cache_scenes --config configs/scenes.yaml
+
+Scenes that exist are kept, so the command can be stopped and started again at any time.
+"""
+
+import argparse
+import functools
+import logging
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from deepuav_training.config import check_field, load_config
+from deepuav_training.data.manifest import Photograph, read_manifest, split_photographs
+from deepuav_training.data.scenes import Scene, SceneConfig, make_scene
+from deepuav_training.data.terrain import read_height_maps
+from deepuav_training.data.views import load_grey
+from deepuav_training.keypoints import DetectionConfig
+from deepuav_training.label import LabelConfig
+from deepuav_training.runtime import Network
+from deepuav_training.scene_cache import extract_scene, save_scene, scene_path
+
+_LOG = logging.getLogger(__name__)
+_ATTEMPTS = 20  # at a scene whose views all have enough key points
+
+
+@dataclass(frozen=True)
+class CacheConfig:
+    """What is rendered, whose features are kept and where."""
+
+    labels: str = "configs/labels.yaml"  # names the photographs and the places held out
+    heights: str = "dem"  # folder of height maps among the photographs' folders
+    networks: tuple = ("../models/superpoint_small.onnx",)  # of one descriptor space; by turns
+    cache: str = "cache/scenes"
+    count: int = 4000  # scenes
+    seed: int = 21
+    threads: int = 1
+    precision: str = "bf16"
+    # No threshold: every view gives the same number of key points, good and bad ones.
+    detection: DetectionConfig = field(
+        default_factory=lambda: DetectionConfig(max_points=512, threshold=0.0))
+    scene: SceneConfig = field(default_factory=SceneConfig)
+
+    def check(self, where: str) -> None:
+        check_field(self.count > 0, where, "count", self.count, "at least 1")
+        check_field(len(self.networks) > 0, where, "networks", self.networks, "at least one file")
+
+
+class SceneSource:
+    """Draws scenes of the training photographs; a scene depends on the seed and its index alone."""
+
+    def __init__(self, config: CacheConfig):
+        labels = load_config(LabelConfig, config.labels)
+        training, _ = split_photographs(read_manifest(labels.images), labels.split)
+        self._config = config
+        self._photographs = by_turns(training, config.seed)
+        self._maps = read_height_maps(Path(labels.images) / config.heights)
+        self._photo = functools.lru_cache(maxsize=256)(
+            lambda file: load_grey(Path(labels.images) / file))
+
+    def draw(self, index: int, attempt: int) -> Scene:
+        """One of several scenes of this index."""
+        rng = np.random.default_rng([self._config.seed, index, attempt])
+        photographs = self._photographs
+        photo = photographs[index % len(photographs)]
+        paint = photographs[rng.integers(len(photographs))]
+        return make_scene(self._photo(photo.file), self._photo(paint.file), self._maps, rng,
+                          self._config.scene)
+
+
+def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
+    """An order in which the sources take turns, short ones from the start again."""
+    rng = np.random.default_rng(seed)
+    by_source = {}
+    for photo in photographs:
+        by_source.setdefault(photo.source, []).append(photo)
+    queues = [[photos[i] for i in rng.permutation(len(photos))]
+              for _, photos in sorted(by_source.items())]
+    return [queue[turn % len(queue)] for turn in range(max(map(len, queues))) for queue in queues]
+
+
+def cache_scenes(config: CacheConfig) -> int:
+    """Makes the scenes that do not exist yet; returns how many were made."""
+    source = SceneSource(config)
+    networks = [Network(file, config.threads, config.precision) for file in config.networks]
+    start, done = time.monotonic(), 0
+    for index in range(config.count):
+        path = scene_path(config.cache, index)
+        if path.exists():
+            continue
+        for attempt in range(_ATTEMPTS):
+            found = extract_scene(source.draw(index, attempt), networks[index % len(networks)],
+                                  config.detection)
+            if found is not None:
+                save_scene(path, found)
+                break
+        done += 1
+        if done % 20 == 0:
+            _LOG.info("scene %d of %d, %.2f s a scene", index + 1, config.count,
+                      (time.monotonic() - start) / done)
+    return done
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--config", required=True)
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
+    config = load_config(CacheConfig, arguments.config)
+    cv2.setNumThreads(config.threads)
+    _LOG.info("%d scenes made in %s", cache_scenes(config), config.cache)
+
+
+if __name__ == "__main__":
+    main()

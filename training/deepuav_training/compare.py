@@ -1,0 +1,121 @@
+"""The table of all methods: homographies of held-out places, and relative poses on sequences.
+
+    python -m deepuav_training.compare --config configs/comparison.yaml --out comparison
+
+Writes OUT.md and OUT.json; what OUT.json holds already is not measured again.
+"""
+
+import argparse
+import json
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+
+from deepuav_training.config import check_field, from_mapping, load_config
+from deepuav_training.evaluate import SETS, format_row, held_out, measure_sets
+from deepuav_training.evaluate_poses import (choose_pairs, format_cell, measure_poses,
+                                             read_sequences)
+from deepuav_training.label import LabelConfig
+from deepuav_training.methods import MethodConfig, MethodOptions, build_method
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ComparisonConfig:
+    """What is compared on what."""
+
+    methods: tuple = ()  # mappings, each a MethodConfig
+    labels: str = "configs/labels.yaml"  # names the photographs and the places held out
+    sequences: tuple = ()  # FOLDER or FOLDER@FOCAL_PX
+    homography_pairs: int = 60  # of a set
+    pose_pairs: int = 200  # of a sequence
+    points: tuple = (512, 1024)  # of an image, at most
+    estimators: tuple = ("ransac", "lo-ransac")
+    threshold: float = 0.005  # least probability of a SuperPoint
+    long_side: int = 640  # pixels, of the sequences' images
+    seed: int = 11
+    threads: int = 1
+    precision: str = "f32"
+
+    def check(self, where: str) -> None:
+        check_field(len(self.methods) > 0, where, "methods", self.methods, "at least one")
+        for name in self.estimators:
+            check_field(name in ("ransac", "lo-ransac"), where, "estimators", name,
+                        "ransac or lo-ransac")
+
+    def method_configs(self, where: str) -> list[MethodConfig]:
+        """The methods, checked."""
+        return [from_mapping(MethodConfig, tree, f"{where}: methods") for tree in self.methods]
+
+
+class Comparison:
+    """Measures method by method; figures are kept in a file as they come."""
+
+    def __init__(self, config: ComparisonConfig, kept: Path):
+        self._config, self._kept = config, kept
+        self._labels = load_config(LabelConfig, config.labels)
+        self._photos = held_out(self._labels, config.homography_pairs, config.seed)
+        self._sequences = read_sequences(list(config.sequences))
+        self.results = json.loads(kept.read_text()) if kept.exists() else {}
+
+    def measure(self, method_config: MethodConfig, points: int) -> None:
+        """Fills in a method's lines of the tables, unless they are there."""
+        c = self._config
+        keys = {name: line_key(method_config.name, points, name) for name in c.estimators}
+        if all(key in self.results for key in keys.values()):
+            return
+        method = build_method(method_config,
+                              MethodOptions(points, c.threshold, c.precision, c.threads))
+        figures = measure_sets(method, self._labels, self._photos, c.seed, c.estimators)
+        for name, sequence in self._sequences.items():
+            pairs = choose_pairs(sequence, c.pose_pairs, c.seed)
+            poses = measure_poses(method, sequence, pairs, c.long_side, c.estimators)
+            for estimator in c.estimators:
+                figures[estimator][name] = poses[estimator]
+        self.results |= {key: figures[name] for name, key in keys.items()}
+        self._kept.write_text(json.dumps(self.results, indent=1))
+        _LOG.info("%s, %d points", method.name, points)
+
+    def table(self, methods: list[MethodConfig], points: int, estimator: str) -> str:
+        """Markdown with a line for each method."""
+        columns = [*SETS, *self._sequences]
+        lines = [f"At most {points} points, {estimator.upper()}: AUC@1/3/5 px, precision (P) and "
+                 "repeatability (R) at 3 px, points (N); poses AUC@5/10/20 degrees (matches)", "",
+                 f"| method | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+        for method in methods:
+            figures = self.results[line_key(method.name, points, estimator)]
+            cells = [format_cell(figures[name]) for name in self._sequences]
+            lines.append(f"{format_row(method.name, figures)} {' | '.join(cells)} |")
+        return "\n".join(lines)
+
+
+def line_key(name: str, points: int, estimator: str) -> str:
+    """Names a line of the tables in the file of figures."""
+    return f"{name}, {points} points, {estimator}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--config", required=True)
+    parser.add_argument("--out", type=Path, required=True, help="without ending")
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
+    config = load_config(ComparisonConfig, arguments.config)
+    cv2.setNumThreads(config.threads)
+    methods = config.method_configs(arguments.config)
+    comparison = Comparison(config, arguments.out.with_suffix(".json"))
+    tables = []
+    for points in config.points:
+        for method in methods:
+            comparison.measure(method, points)
+        for estimator in config.estimators:
+            tables.append(comparison.table(methods, points, estimator))
+    arguments.out.with_suffix(".md").write_text("\n\n".join(tables) + "\n")
+    print("\n\n".join(tables))
+
+
+if __name__ == "__main__":
+    main()

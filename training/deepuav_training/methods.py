@@ -1,0 +1,101 @@
+"""Methods that are compared: what finds key points in two images, and what matches them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from deepuav_training.classic import OrbExtractor, SiftExtractor, hamming_nearest, ratio_nearest
+from deepuav_training.config import check_field
+from deepuav_training.keypoints import DetectionConfig
+from deepuav_training.learned_matchers import LighterGlueMatcher, SuperGlueMatcher
+from deepuav_training.metrics import mutual_nearest
+from deepuav_training.runtime import Features, Network, extract
+from deepuav_training.xfeat import XFeatExtractor
+
+Extractor = Callable[[np.ndarray], Features]  # grey image (H, W) uint8, sides multiples of 8
+Matcher = Callable[[Features, Features], np.ndarray]  # rows (M, 2) of both
+
+
+@dataclass(frozen=True)
+class Method:
+    """Extractors of the first and of the second image, and a matcher."""
+
+    name: str
+    extract_a: Extractor
+    extract_b: Extractor
+    match: Matcher
+
+
+@dataclass(frozen=True)
+class MethodConfig:
+    """A method by names and files."""
+
+    name: str
+    extractor: str = "superpoint"  # or sift, orb, xfeat
+    model: str = ""  # the extractor's network
+    second_model: str = ""  # the second image's, if another
+    matcher: str = "nearest"  # or ratio, superglue, lighterglue
+    matcher_model: str = ""
+
+    def check(self, where: str) -> None:
+        check_field(self.extractor in ("superpoint", "sift", "orb", "xfeat"), where, "extractor",
+                    self.extractor, "superpoint, sift, orb or xfeat")
+        check_field(self.matcher in ("nearest", "ratio", "superglue", "lighterglue"), where,
+                    "matcher", self.matcher, "nearest, ratio, superglue or lighterglue")
+
+
+@dataclass(frozen=True)
+class MethodOptions:
+    """What all methods share."""
+
+    points: int = 1024  # of an image, at most
+    threshold: float = 0.005  # least probability of a SuperPoint
+    precision: str = "f32"  # of networks
+    threads: int = 1
+
+
+def build_method(config: MethodConfig, options: MethodOptions) -> Method:
+    """Loads what a method needs."""
+    first = _extractor(config.extractor, config.model, options)
+    second = (_extractor(config.extractor, config.second_model, options) if config.second_model
+              else first)
+    return Method(config.name, first, second, _matcher(config, options))
+
+
+def nearest_methods(models: list[str], superglue: list[str], options: MethodOptions
+                    ) -> list[Method]:
+    """SuperPoints FILE or FILE+FILE with nearest neighbours and with each of the matchers."""
+    methods = []
+    for text in models:
+        first, _, second = text.partition("+")
+        name = " + ".join(Path(file).stem for file in text.split("+"))
+        methods.append(MethodConfig(name, "superpoint", first, second))
+        methods += [MethodConfig(f"{name}, {Path(file).stem}", "superpoint", first, second,
+                                 "superglue", file) for file in superglue]
+    return [build_method(config, options) for config in methods]
+
+
+def _extractor(kind: str, model: str, options: MethodOptions) -> Extractor:
+    if kind == "sift":
+        return SiftExtractor(options.points)
+    if kind == "orb":
+        return OrbExtractor(options.points)
+    if kind == "xfeat":
+        return XFeatExtractor(model, options.points, options.threads, options.precision)
+    network = Network(model, options.threads, options.precision)
+    detection = DetectionConfig(max_points=options.points, threshold=options.threshold)
+    return lambda image: extract(network, image, detection)
+
+
+def _matcher(config: MethodConfig, options: MethodOptions) -> Matcher:
+    if config.matcher == "superglue":
+        return SuperGlueMatcher(config.matcher_model, options.threads, options.precision)
+    if config.matcher == "lighterglue":
+        return LighterGlueMatcher(config.matcher_model, options.threads, options.precision)
+    if config.matcher == "ratio":
+        return ratio_nearest
+    if config.extractor == "orb":
+        return hamming_nearest
+    return lambda a, b: mutual_nearest(a.descriptors, b.descriptors)

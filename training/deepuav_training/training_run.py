@@ -1,0 +1,175 @@
+"""What all training runs share: schedule, optimiser, log and checkpoints.
+
+Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command goes on.
+"""
+
+import argparse
+import copy
+import datetime
+import logging
+import math
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from torch import nn
+
+from deepuav_training.checkpoint import (TrainingState, load_checkpoint, save_checkpoint,
+                                         start_from, update_average)
+from deepuav_training.config import check_field
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised: the weighted sum of losses of a network in a step's batch."""
+
+    losses: Callable[[nn.Module, int], dict[str, torch.Tensor]]  # (network, step) -> by name
+    weights: dict[str, float]
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """One training run, of whatever network."""
+
+    run: str = "runs/run"  # folder of the checkpoint and the log
+    seed: int = 3
+    threads: int = 1
+    bfloat16: bool = True  # products in 16 bits
+    steps: int = 20000
+    batch: int = 8  # pairs of images
+    learning_rate: float = 0.003
+    warmup: float = 0.02  # share of the schedule
+    weight_decay: float = 0.01
+    gradient_limit: float = 5.0  # L2 norm
+    average_decay: float = 0.998
+    checkpoint_s: float = 180.0  # seconds between checkpoints
+    log_steps: int = 50
+
+    def check(self, where: str) -> None:
+        check_field(self.steps > 0, where, "steps", self.steps, "at least 1")
+        check_field(self.batch > 0, where, "batch", self.batch, "at least 1")
+        check_field(0 <= self.warmup < 1, where, "warmup", self.warmup, "a share in [0, 1)")
+
+
+def training_state(network: nn.Module, config: RunConfig) -> TrainingState:
+    """The start of a run of this network: AdamW, without decay of biases and of norms' gains."""
+    decayed = [p for p in network.parameters() if p.ndim > 1]
+    plain = [p for p in network.parameters() if p.ndim <= 1]
+    optimiser = torch.optim.AdamW([{"params": decayed, "weight_decay": config.weight_decay},
+                                   {"params": plain, "weight_decay": 0.0}],
+                                  lr=config.learning_rate)
+    return TrainingState(network, copy.deepcopy(network).eval().requires_grad_(False), optimiser)
+
+
+def learning_rate(progress: float, config: RunConfig) -> float:
+    """Linear warm-up, then a cosine down to 1 % of the peak."""
+    if progress < config.warmup:
+        return config.learning_rate * (progress + 1e-3) / (config.warmup + 1e-3)
+    along = (progress - config.warmup) / (1 - config.warmup)
+    return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * min(along, 1.0))))
+
+
+class Pace:
+    """Moves the schedule on: by the number of steps, or so that it ends at a time of the day."""
+
+    def __init__(self, steps: int, until: str | None):
+        """`until` as HH:MM; a run bound to the clock cannot be repeated exactly."""
+        self._steps, self._until, self._last = steps, None, time.time()
+        if until:
+            at = datetime.time.fromisoformat(until)
+            moment = datetime.datetime.combine(datetime.date.today(), at)
+            self._until = moment.timestamp()
+
+    def advance(self, progress: float) -> float:
+        """The schedule's share (0..1) that is done after one more step."""
+        if self._until is None:
+            return min(1.0, (round(progress * self._steps) + 1) / self._steps)
+        now = time.time()
+        passed, left = now - self._last, max(self._until - self._last, 1e-3)
+        self._last = now
+        return min(1.0, progress + (1 - progress) * min(1.0, passed / left))
+
+
+def train_step(state: TrainingState, objective: Objective, config: RunConfig) -> dict[str, float]:
+    """One step of the optimiser; returns the losses, not weighted."""
+    for group in state.optimiser.param_groups:
+        group["lr"] = learning_rate(state.progress, config)
+    state.network.train()
+    losses = objective.losses(state.network, state.step)
+    state.optimiser.zero_grad(set_to_none=True)
+    sum(objective.weights[name] * loss for name, loss in losses.items()).backward()
+    nn.utils.clip_grad_norm_(state.network.parameters(), config.gradient_limit,
+                             error_if_nonfinite=True)
+    state.optimiser.step()
+    update_average(state.average, state.network, state.step, config.average_decay)
+    state.step += 1
+    return {name: loss.item() for name, loss in losses.items()}
+
+
+def train(state: TrainingState, objective: Objective, config: RunConfig, pace: Pace) -> None:
+    """Runs to the end of the schedule, or until a signal asks to stop."""
+    checkpoint = Path(config.run) / "checkpoint.pt"
+    stop = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.append(True))
+    sums, since, saved = {}, time.monotonic(), time.monotonic()
+    while state.progress < 1 and not stop:
+        for name, value in train_step(state, objective, config).items():
+            sums[name] = sums.get(name, 0.0) + value
+        state.progress = pace.advance(state.progress)
+        if state.step % config.log_steps == 0:
+            now = time.monotonic()
+            means = " ".join(f"{name} {total / config.log_steps:.4f}"
+                             for name, total in sums.items())
+            _LOG.info("step %d (%.1f %%) %s, %.1f pairs/s", state.step, 100 * state.progress,
+                      means, config.batch * config.log_steps / (now - since))
+            sums, since = {}, now
+        if time.monotonic() - saved > config.checkpoint_s:
+            save_checkpoint(checkpoint, state)
+            saved = time.monotonic()
+    save_checkpoint(checkpoint, state)
+
+
+def run_arguments(description: str) -> argparse.ArgumentParser:
+    """The command line of a training stage."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--config", required=True)
+    parser.add_argument("--init", type=Path, metavar="CHECKPOINT",
+                        help="the weights that a new run starts from, of an earlier one")
+    parser.add_argument("--until", metavar="HH:MM",
+                        help="fit the rest of the schedule to end then, instead of after `steps`")
+    parser.add_argument("--pid-file", type=Path, help="where to write the process's number")
+    return parser
+
+
+def start_run(config: RunConfig, arguments: argparse.Namespace) -> None:
+    """Opens the run's folder and log, and sets what makes a run repeatable."""
+    run = Path(config.run)
+    run.mkdir(parents=True, exist_ok=True)
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s",
+                        handlers=[logging.FileHandler(run / "log.txt"), logging.StreamHandler()])
+    if arguments.pid_file:
+        arguments.pid_file.write_text(f"{os.getpid()}\n")
+    torch.set_num_threads(config.threads)
+    torch.use_deterministic_algorithms(True)
+    torch.manual_seed(config.seed)
+
+
+def finish_run(state: TrainingState, objective: Objective, config: RunConfig,
+               arguments: argparse.Namespace) -> None:
+    """Goes on from the run's checkpoint, or from --init, to the end of the schedule."""
+    checkpoint = Path(config.run) / "checkpoint.pt"
+    if checkpoint.exists():
+        load_checkpoint(checkpoint, state)
+    elif arguments.init:
+        start_from(arguments.init, state)
+        _LOG.info("weights of %s", arguments.init)
+    _LOG.info("from step %d", state.step)
+    train(state, objective, config, Pace(config.steps, arguments.until))
+    _LOG.info("ended at step %d, %.1f %% of the schedule", state.step, 100 * state.progress)

@@ -1,0 +1,121 @@
+import json
+
+import cv2
+import numpy as np
+import pytest
+import torch
+
+from deepuav_training.classic import (OrbExtractor, SiftExtractor, hamming_nearest, ratio_nearest)
+from deepuav_training.compare import Comparison, ComparisonConfig, line_key
+from deepuav_training.errors import TrainingError
+from deepuav_training.evaluate import SETS, Pair, measure
+from deepuav_training.export_superglue import export_onnx
+from deepuav_training.learned_matchers import SuperGlueMatcher, mutual_best
+from deepuav_training.methods import MethodConfig, MethodOptions, build_method
+from deepuav_training.metrics import mutual_nearest
+from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
+from deepuav_training.runtime import Features
+
+
+def blocks(shift=(0, 0)):
+    """A picture with many corners, moved by whole pixels."""
+    rng = np.random.default_rng(0)
+    coarse = rng.integers(0, 256, (24, 30)).astype(np.uint8)
+    large = cv2.resize(coarse, (30 * 12, 24 * 12), interpolation=cv2.INTER_CUBIC)
+    x, y = 40 - shift[0], 40 - shift[1]
+    return np.ascontiguousarray(large[y:y + 200, x:x + 240])
+
+
+def described(points, descriptors):
+    count = len(points)
+    return Features(np.asarray(points, np.float32), np.linspace(1, 0.1, count).astype(np.float32),
+                    np.asarray(descriptors), (240, 200))
+
+
+@pytest.mark.parametrize("name, matcher", [("sift", "ratio"), ("orb", "nearest")])
+def test_classic_methods_find_a_shift(name, matcher):
+    method = build_method(MethodConfig(name, name, matcher=matcher), MethodOptions(points=200))
+    pair = Pair(blocks(), blocks((7, -4)), np.array([[1, 0, 7], [0, 1, -4], [0, 0, 1.0]]))
+    found = measure(method, [pair], ("ransac", "lo-ransac"))
+    assert set(found) == {"ransac", "lo-ransac"}
+    for figures in found.values():
+        assert figures["AUC@3"] > 80 and figures["precision"] > 80
+        assert 20 < figures["points"] <= 200
+
+
+@pytest.mark.parametrize("extractor", [SiftExtractor, OrbExtractor])
+def test_images_without_structure_have_no_key_points(extractor):
+    found = extractor(100)(np.full((80, 96), 127, np.uint8))
+    assert found.points.shape == (0, 2) and len(found.descriptors) == 0
+    match = ratio_nearest if extractor is SiftExtractor else hamming_nearest
+    assert match(found, found).shape == (0, 2)
+
+
+def test_ratio_rejects_what_is_ambiguous():
+    points = [[10, 10], [20, 10], [30, 10]]
+    a = described(points[:2], np.float32([[1, 0, 0], [0, 1, 0]]))
+    b = described(points, np.float32([[1, 0.1, 0], [0.02, 1, 0], [-0.02, 1, 0]]))
+    assert ratio_nearest(a, b).tolist() == [[0, 0]]
+
+
+def test_assignments_must_be_mutual_and_probable():
+    probability = np.array([[0.6, 0.1, 0.0], [0.5, 0.05, 0.0], [0.0, 0.0, 0.3], [0.0, 0.15, 0.0]])
+    found = mutual_best(np.log(probability + 1e-9), 0.2)
+    assert found.tolist() == [[0, 0], [2, 2]]
+
+
+def test_new_superglue_matches_like_nearest_neighbours(tmp_path):
+    torch.manual_seed(0)
+    export_onnx(SuperGlue(SuperGlueConfig(descriptor=32, width=32, heads=2, layers=1, hidden=16)),
+                tmp_path / "g.onnx")
+    rng = np.random.default_rng(1)
+    clean = rng.standard_normal((60, 32))
+    views = []
+    for count, order in ((60, np.arange(60)), (50, rng.permutation(50))):
+        noisy = (clean + 0.1 * rng.standard_normal(clean.shape))[order]
+        noisy /= np.linalg.norm(noisy, axis=1, keepdims=True)
+        views.append(described(rng.uniform(0, 200, (count, 2)), noisy.astype(np.float32)))
+    found = SuperGlueMatcher(tmp_path / "g.onnx")(*views)
+    nearest = mutual_nearest(views[0].descriptors, views[1].descriptors)
+    assert len(found) == 50
+    assert set(map(tuple, found)) <= set(map(tuple, nearest))
+
+
+def test_missing_and_unknown_methods_are_named(tmp_path):
+    with pytest.raises(TrainingError, match="g.onnx"):
+        SuperGlueMatcher(tmp_path / "g.onnx")
+    with pytest.raises(TrainingError, match="surf"):
+        ComparisonConfig(methods=({"name": "a", "extractor": "surf"},)).method_configs("c.yaml")
+
+
+@pytest.fixture(name="photographs")
+def photograph_folder(tmp_path):
+    (tmp_path / "images/natural").mkdir(parents=True)
+    lines = ["file\tsource_repo\toriginal_path"]
+    for i in range(2):
+        cv2.imwrite(str(tmp_path / f"images/natural/a_{i}.png"), blocks((3 * i, 2 * i)))
+        lines.append(f"natural/a_{i}.png\trepo\ta/{i}.png")
+    (tmp_path / "images/MANIFEST.tsv").write_text("\n".join(lines))
+    (tmp_path / "labels.yaml").write_text(
+        f"images: {tmp_path}/images\nsplit: {{validation_places: [a]}}\n")
+    return tmp_path
+
+
+def test_comparison_fills_tables_and_keeps_figures(photographs):
+    methods = ({"name": "SIFT", "extractor": "sift", "matcher": "ratio"},)
+    config = ComparisonConfig(methods=methods, labels=str(photographs / "labels.yaml"),
+                              homography_pairs=2, points=(100,))
+    kept = photographs / "out.json"
+    comparison = Comparison(config, kept)
+    (method,) = config.method_configs("")
+    comparison.measure(method, 100)
+    figures = json.loads(kept.read_text())[line_key("SIFT", 100, "ransac")]
+    assert set(figures) == set(SETS) and figures["easy"]["AUC@5"] > 50
+    assert "| SIFT |" in comparison.table([method], 100, "lo-ransac")
+
+    figures["easy"]["AUC@5"] = -1.0
+    kept.write_text(json.dumps({line_key("SIFT", 100, name): figures
+                                for name in config.estimators}))
+    again = Comparison(config, kept)
+    again.measure(method, 100)  # nothing is missing
+    assert again.results[line_key("SIFT", 100, "ransac")]["easy"]["AUC@5"] == -1

@@ -1,0 +1,198 @@
+import numpy as np
+import pytest
+import torch
+import torch.nn.functional as F
+
+from deepuav_training.checkpoint import load_checkpoint, save_checkpoint
+from deepuav_training.data.matches import (UNKNOWN, UNMATCHED, MatchConfig, MatchSource, normalise,
+                                           true_matches)
+from deepuav_training.errors import TrainingError
+from deepuav_training.export_superglue import (check_export, count_macs, export_onnx,
+                                               random_inputs)
+from deepuav_training.matching_losses import assignment_loss, unmatched_loss
+from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
+from deepuav_training.scene_cache import SceneFeatures, save_scene, scene_path
+from deepuav_training.train_superglue import (GlueTrainConfig, collate, losses_of, new_state,
+                                              objective)
+from deepuav_training.training_run import Objective, train_step
+
+TINY = SuperGlueConfig(descriptor=32, width=16, heads=2, layers=2, hidden=16)
+CONFIG = GlueTrainConfig(network=TINY, batch=4, bfloat16=False, steps=40, learning_rate=0.003,
+                         matches=MatchConfig(points=12, least_matches=1))
+NAN = [np.nan, np.nan]
+
+
+def tiny_scene(seed, views=3, count=16):
+    """The same points in every view; their descriptors differ by noise, those of half are alike."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(10, 90, (views, count, 2)).astype(np.float32)
+    clean = rng.standard_normal((count, TINY.descriptor))
+    clean[: count // 2] = clean[0]
+    noisy = clean + 0.3 * rng.standard_normal((views, *clean.shape))
+    descriptors = noisy / np.linalg.norm(noisy, axis=2, keepdims=True)
+    seen_at = np.tile(points[None], (views, 1, 1, 1))
+    seen_at[:, :, :2] = np.nan  # two that no other view shows
+    return SceneFeatures(points, rng.uniform(0, 1, (views, count)).astype(np.float32),
+                         descriptors.astype(np.float32), seen_at, np.array([100, 100], np.int32))
+
+
+@pytest.fixture(name="source")
+def tiny_source(tmp_path):
+    for index in range(3):
+        save_scene(scene_path(tmp_path / "scenes", index), tiny_scene(index))
+    return MatchSource(tmp_path / "scenes", 5, CONFIG.matches, seed=1)
+
+
+def torch_inputs(counts, seed=0):
+    return list(map(torch.from_numpy, random_inputs(counts, TINY.descriptor, seed)))
+
+
+def trained_network():
+    torch.manual_seed(1)
+    network = SuperGlue(TINY)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(0.2 * torch.randn(parameter.shape))
+    return network
+
+
+def test_true_matches_are_mutual_and_near():
+    points0 = np.array([[10.0, 10], [30, 10], [50, 10], [70, 10]])
+    points1 = np.array([[11.0, 10], [34, 10], [90, 90]])
+    match0, match1 = true_matches(points0, points1, points0, points1, MatchConfig())
+    assert match0.tolist() == [0, UNKNOWN, UNMATCHED, UNMATCHED]
+    assert match1.tolist() == [0, UNKNOWN, UNMATCHED]
+
+
+def test_of_two_candidates_the_nearer_matches():
+    points0, points1 = np.array([[10.0, 10], [12, 10]]), np.array([[10.5, 10]])
+    match0, match1 = true_matches(points0, points1, points0, points1, MatchConfig())
+    assert match0.tolist() == [0, UNKNOWN] and match1.tolist() == [0]
+
+
+def test_points_that_the_other_view_does_not_show_have_no_match():
+    points = np.array([[10.0, 10], [30, 10]])
+    seen = np.array([NAN, [30, 10]])
+    match0, match1 = true_matches(points, points, seen, points, MatchConfig())
+    assert match0.tolist() == [UNMATCHED, 1] and match1.tolist() == [UNKNOWN, 1]
+
+
+def test_positions_are_normalised_by_the_longer_side():
+    points = normalise(np.array([[0.0, 0], [480, 360], [240, 180]]), np.array([480, 360]))
+    np.testing.assert_allclose(points, [[-1, -0.75], [1, 0.75], [0, 0]])
+
+
+def test_samples_repeat_and_keep_their_rows_together(source):
+    assert len(source) == 3
+    first, again = source.draw(7), source.draw(7)
+    np.testing.assert_array_equal(first.descriptors, again.descriptors)
+    assert first.keypoints.shape == (2, 12, 2) and first.descriptors.shape == (2, 12, 32)
+    rows = np.flatnonzero(first.match[0] >= 0)
+    assert len(rows) >= 4
+    np.testing.assert_array_equal(first.match[1][first.match[0][rows]], rows)
+    assert not np.array_equal(first.keypoints, source.draw(8).keypoints)
+
+
+def test_a_cache_without_scenes_is_refused(tmp_path):
+    with pytest.raises(TrainingError, match="no scenes"):
+        MatchSource(tmp_path, 4, MatchConfig(), seed=1)
+
+
+def test_a_new_network_is_the_dual_softmax_matcher():
+    network = SuperGlue(TINY)
+    kp0, s0, d0, kp1, s1, d1 = torch_inputs((9, 7))
+    network.set_projection(F.normalize(torch.randn(100, 32), dim=1))
+    a, b = (F.linear(d, network.project.weight) for d in (d0, d1))
+    similarity = a @ b.transpose(1, 2) / TINY.temperature
+    expected = (F.log_softmax(similarity, 1) + F.log_softmax(similarity, 2)
+                + 2 * F.logsigmoid(torch.tensor(TINY.matchable)))
+    torch.testing.assert_close(network(kp0, s0, d0, kp1, s1, d1), expected, atol=1e-4, rtol=1e-4)
+
+
+def test_projection_keeps_descriptors_of_a_subspace():
+    network = SuperGlue(TINY)
+    basis = torch.linalg.qr(torch.randn(32, 10))[0]
+    descriptors = F.normalize(torch.randn(50, 10) @ basis.T, dim=1)
+    assert network.set_projection(descriptors) == pytest.approx(1)
+    projected = network.project(descriptors)
+    torch.testing.assert_close(projected @ projected.T, descriptors @ descriptors.T, atol=1e-5,
+                               rtol=1e-5)
+
+
+def test_order_of_key_points_and_of_views_does_not_matter():
+    network, inputs = trained_network(), torch_inputs((9, 7))
+    plain = network(*inputs)
+    turn = torch.tensor([3, 0, 2, 1, 8, 7, 6, 5, 4])
+    permuted = network(*[t[:, turn] for t in inputs[:3]], *inputs[3:])
+    torch.testing.assert_close(permuted, plain[:, turn], atol=1e-4, rtol=1e-4)
+    swapped = network(*inputs[3:], *inputs[:3])
+    torch.testing.assert_close(swapped.transpose(1, 2), plain, atol=1e-4, rtol=1e-4)
+
+
+def test_padding_under_a_mask_changes_nothing():
+    network, inputs = trained_network(), torch_inputs((9, 7))
+    padded = [F.pad(t, (0, 0) * (t.ndim - 2) + (0, 4)) for t in inputs]
+    masks = [torch.cat([torch.ones(1, count), torch.zeros(1, 4)], dim=1) for count in (9, 7)]
+    torch.testing.assert_close(network(*padded, *masks)[:, :9, :7], network(*inputs), atol=1e-4,
+                               rtol=1e-4)
+
+
+def test_assignment_loss_is_that_of_the_true_pairs():
+    log = torch.log(torch.tensor([[[0.5, 0.1], [0.2, 0.25]]]))
+    both = assignment_loss(log, torch.tensor([[0, 1]]))
+    assert both.item() == pytest.approx(-0.5 * (np.log(0.5) + np.log(0.25)))
+    one = assignment_loss(log, torch.tensor([[UNMATCHED, 0]]))
+    assert one.item() == pytest.approx(-np.log(0.2))
+    assert assignment_loss(log, torch.full((1, 2), UNKNOWN)) == 0
+
+
+def test_unmatched_loss_leaves_out_what_is_unknown():
+    z0, z1 = torch.tensor([[2.0, 9.0]]), torch.tensor([[-1.0]])
+    match0 = torch.tensor([[UNMATCHED, UNKNOWN]])
+    expected = 0.5 * (np.log1p(np.exp(2)) + np.log1p(np.exp(-1)))
+    loss = unmatched_loss(z0, z1, match0, torch.tensor([[UNMATCHED]]))
+    assert loss.item() == pytest.approx(expected, rel=1e-5)
+    assert unmatched_loss(z0, z1, torch.tensor([[0, 1]]), torch.tensor([[0]])) == 0
+
+
+def test_training_finds_matches_and_what_has_none(source):
+    state = new_state(CONFIG, source)
+    batch = collate([source.draw(k) for k in range(4)])
+    fixed = Objective(lambda network, _: losses_of(network, batch, CONFIG),
+                      dict(vars(CONFIG.losses)))
+    state.progress = CONFIG.warmup
+    first = train_step(state, fixed, CONFIG)
+    for _ in range(60):
+        last = train_step(state, fixed, CONFIG)
+    assert last["assignment"] < 0.6 * first["assignment"]
+    assert last["unmatched"] < 0.6 * first["unmatched"]
+
+
+def test_training_resumes_exactly(source, tmp_path):
+    straight, goal = new_state(CONFIG, source), objective(source, CONFIG)
+    for step in range(4):
+        train_step(straight, goal, CONFIG)
+        if step == 1:
+            save_checkpoint(tmp_path / "c.pt", straight)
+    resumed = new_state(GlueTrainConfig(network=TINY, bfloat16=False, seed=99), None)
+    load_checkpoint(tmp_path / "c.pt", resumed)
+    for _ in range(2):
+        train_step(resumed, goal, CONFIG)
+    for name, value in straight.average.state_dict().items():
+        assert torch.equal(resumed.average.state_dict()[name], value), name
+
+
+def test_exported_network_equals_torch_at_any_count(tmp_path):
+    network = trained_network()
+    export_onnx(network, tmp_path / "g.onnx")
+    assert check_export(network, tmp_path / "g.onnx") < 1e-3
+    with torch.no_grad():
+        network.matchable.bias += 1
+    with pytest.raises(TrainingError, match="differs"):
+        check_export(network, tmp_path / "g.onnx")
+
+
+def test_cost_is_a_fraction_of_the_published_architecture():
+    # 18 layers of width 256: four projections, a perceptron of 512 -> 512 -> 256, attention.
+    published = 18 * (2 * 512 * (4 * 256**2 + 512 * 512 + 512 * 256) + 2 * 2 * 512**2 * 256)
+    assert count_macs(SuperGlue(), 512) < 0.2 * published
