@@ -120,13 +120,15 @@ Relocaliser::Relocaliser(const Camera& camera, const RelocaliserOptions& options
 
 std::optional<Relocaliser::Found> Relocaliser::Relocalise(
     const Frame& frame, std::span<const Descriptors> turned,
-    std::span<const std::shared_ptr<const LocalMap>> candidates, std::string* reason) {
+    std::span<const std::shared_ptr<const LocalMap>> candidates, std::string* reason,
+    std::span<const int> headings) {
   const StageScope stage(stages_, "relocalise");
   const std::vector<View> views = ViewsOf(frame, turned);
   const KeypointGrid grid(*frame.features);
   std::vector<Found> all;
   for (size_t i = 0; i < candidates.size(); ++i) {
-    std::optional<Found> found = LocateViews(views, grid, *candidates[i]);
+    const auto heading = headings.empty() ? std::nullopt : std::optional(headings[i]);
+    std::optional<Found> found = LocateViews(views, grid, *candidates[i], heading);
     if (!found) continue;
     found->candidate = static_cast<int>(i);
     all.push_back(std::move(*found));
@@ -157,7 +159,8 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
 std::optional<Relocaliser::Found> Relocaliser::LocateIn(const Frame& frame,
                                                         std::span<const Descriptors> turned,
                                                         const LocalMap& candidate) {
-  return LocateViews(ViewsOf(frame, turned), KeypointGrid(*frame.features), candidate);
+  return LocateViews(ViewsOf(frame, turned), KeypointGrid(*frame.features), candidate,
+                     std::nullopt);
 }
 
 std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
@@ -182,9 +185,11 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
 
 std::optional<Relocaliser::Found> Relocaliser::LocateViews(const std::vector<View>& views,
                                                            const KeypointGrid& grid,
-                                                           const LocalMap& candidate) {
+                                                           const LocalMap& candidate,
+                                                           std::optional<int> heading) {
   Trial best;
   for (const View& view : views) {
+    if (heading && view.quarter_turns != 0 && view.quarter_turns != *heading) continue;
     Trial trial = MatchCentre(view, candidate);
     const auto rank = [](const Trial& t) { return std::pair(t.Agreeing(), t.matches.size()); };
     if (!best.view || rank(trial) > rank(best)) best = std::move(trial);

@@ -73,11 +73,14 @@ class Relocaliser {
 
   /// `candidates`: the surroundings of keyframes (LocalMap::centre) that look like the frame.
   /// `turned`: the frame's descriptors on the image turned clockwise by 90, 180 and 270 degrees, or
-  /// empty. Nothing when no pose is sure; `reason` (if given) then says why. Throws Error for
-  /// another number of turned descriptors.
+  /// empty. `headings`: under which of these each candidate resembles the frame (0: upright); it is
+  /// tried under that one and upright then, else, without `headings`, under all. Nothing when no
+  /// pose is sure; `reason` (if given) then says why. Throws Error for another number of turned
+  /// descriptors.
   std::optional<Found> Relocalise(const Frame& frame, std::span<const Descriptors> turned,
                                   std::span<const std::shared_ptr<const LocalMap>> candidates,
-                                  std::string* reason = nullptr);
+                                  std::string* reason = nullptr,
+                                  std::span<const int> headings = {});
 
   /// The best pose of one candidate, sure or not. Nothing where not even a first pose is found.
   std::optional<Found> LocateIn(const Frame& frame, std::span<const Descriptors> turned,
@@ -102,8 +105,9 @@ class Relocaliser {
   };
 
   std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned) const;
+  /// Under `heading` and upright, or under all headings where there is none.
   std::optional<Found> LocateViews(const std::vector<View>& views, const KeypointGrid& grid,
-                                   const LocalMap& candidate);
+                                   const LocalMap& candidate, std::optional<int> heading);
   Trial MatchCentre(const View& view, const LocalMap& candidate);
   void MatchNeighbours(const LocalMap& candidate, Trial* trial);
   int CellCount(const Frame& frame, const LocatedFrame& located) const;

@@ -44,11 +44,13 @@ std::optional<LoopFinding> LoopVerifier::Verify(const Atlas& atlas, MapId map, K
                                                 std::span<const PlaceCandidate> places,
                                                 std::string* reason) {
   std::vector<std::shared_ptr<const LocalMap>> surroundings;
-  surroundings.reserve(places.size());
-  for (const PlaceCandidate& place : places)
+  std::vector<int> headings;
+  for (const PlaceCandidate& place : places) {
     surroundings.push_back(MakeLocalMap(atlas.At(place.map), place.keyframe, options_.place));
+    headings.push_back(place.view);
+  }
   const Keyframe& query = atlas.At(map).At(keyframe);
-  const auto found = relocaliser_->Relocalise(query.frame, turned, surroundings, reason);
+  const auto found = relocaliser_->Relocalise(query.frame, turned, surroundings, reason, headings);
   if (!found) return std::nullopt;
   const auto index = static_cast<size_t>(found->candidate);
   return Compare(atlas.At(map), query, atlas.At(places[index].map), *surroundings[index], *found,

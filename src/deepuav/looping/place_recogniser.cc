@@ -55,17 +55,21 @@ std::vector<PlaceCandidate> PlaceRecogniser::Recognise(
     const Atlas& atlas, std::span<const BagOfWords> views,
     const std::function<bool(KeyframeId)>& skip) {
   ForgetCulled(atlas);
-  std::map<KeyframeId, double> similarity;  // under the heading that fits best
-  for (const BagOfWords& view : views) {
-    for (const PlaceIndex::Hit& hit : index_.Query(view, options_.max_hits, skip)) {
+  std::map<KeyframeId, PlaceCandidate> similar;  // under the view that fits best
+  for (size_t view = 0; view < views.size(); ++view) {
+    for (const PlaceIndex::Hit& hit : index_.Query(views[view], options_.max_hits, skip)) {
       if (hit.similarity < options_.min_similarity) break;
-      double& best = similarity[hit.keyframe];
-      best = std::max<double>(best, hit.similarity);
+      PlaceCandidate& best = similar[hit.keyframe];
+      if (hit.similarity <= best.similarity) continue;
+      best = {{}, hit.keyframe, hit.similarity, static_cast<int>(view)};
     }
   }
   std::vector<PlaceCandidate> ranked;
   const std::vector<MapId> maps = atlas.Remaining();
-  for (const auto& [id, value] : similarity) ranked.push_back({MapOf(atlas, maps, id), id, value});
+  for (const auto& [id, candidate] : similar) {
+    ranked.push_back(candidate);
+    ranked.back().map = MapOf(atlas, maps, id);
+  }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.similarity > b.similarity; });
   std::vector<PlaceCandidate> places;

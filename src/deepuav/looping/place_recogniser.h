@@ -36,6 +36,7 @@ struct PlaceCandidate {
   MapId map;
   KeyframeId keyframe;
   double similarity = 0;
+  int view = 0;  ///< Which of the views it resembles most.
 };
 
 /// Remembers what keyframes look like and finds those that an image resembles, in all maps of an
