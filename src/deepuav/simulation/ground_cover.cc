@@ -27,8 +27,11 @@ float SpotFactor(float u, float v, float cell_m, uint32_t seed, float footprint)
   const float radius = 0.05f + 0.17f * unit(8) * unit(16);
   const float du = cu - i - (0.3f + 0.4f * unit(16)), dv = cv - j - (0.3f + 0.4f * unit(24));
   const float lean = 1.2f * (unit(24) - 0.5f);
-  const float distance = std::hypot(du + lean * dv, (1.2f - unit(8)) * 0.5f * du + dv);
+  const float across = du + lean * dv, along = (1.2f - unit(8)) * 0.5f * du + dv;
+  const float squared = across * across + along * along;
   const float edge = std::max(0.12f * radius, footprint / cell_m) / 2;
+  if (squared >= (radius + edge) * (radius + edge)) return 1;
+  const float distance = std::sqrt(squared);
   const float cover = 1 - SmoothStep(radius - edge, radius + edge, distance);
   return 1 + cover * (unit(8) < 0.5f ? -0.45f : 0.55f);
 }
@@ -70,6 +73,7 @@ float GroundCover::Albedo(float x, float y, float height_m, float footprint_m) c
   const float verge = 1 - SmoothStep(0, 1.1f + 0.8f * spot.middle, road.edge_m);
   albedo = Mix(albedo, kSoilTone * (1.1f + 0.4f * spot.middle), 0.7f * verge);
   const float shore = 1 - SmoothStep(0.25f, 0.8f + 0.3f * spot.middle, height_m);
+  if (shore <= 0) return albedo;
   return Mix(albedo, kMudTone * (1 + 0.5f * Detail(Material::kGravel, x, y, 4, footprint_m)),
              shore);
 }
@@ -141,6 +145,7 @@ float GroundCover::FieldAlbedo(const Spot& spot, const Parcel& parcel, float bor
     return Mix(albedo, parcel.seed % 3 == 0 ? 0.5f : 0.1f, fence);
   }
   const float margin = 1 - SmoothStep(0.7f, 1.3f, border_m + 0.5f * spot.middle);
+  if (margin <= 0) return albedo;
   return Mix(albedo, 0.85f * GrassAlbedo(spot, v, u), margin);
 }
 
@@ -205,12 +210,14 @@ float GroundCover::StubbleAlbedo(const Spot& spot, const Parcel& parcel, float u
 float GroundCover::GardenAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const {
   // Beds, terraces and gravel on a grid of cells that differ from plot to plot.
   const float cell_m = 2.2f + 1.6f * UnitFromHash(HashCell(3, 0, parcel.seed));
+  const float lawn_stripe = StripeCoverage(v, 1.2f, 0.6f, spot.footprint) - 0.5f;
+  const float lawn = GrassAlbedo(spot, u, v) * (1 + 0.12f * lawn_stripe);
+  const float visibility = DetailVisibility(cell_m, spot.footprint);
+  if (visibility <= 0) return lawn;
   const float cu = u + 0.5f * spot.middle, cv = v + 0.5f * spot.middle;
   const uint32_t hash = HashCell(static_cast<int32_t>(std::floor(cu / cell_m)),
                                  static_cast<int32_t>(std::floor(cv / cell_m)), parcel.seed);
   const float kind = UnitFromHash(hash);
-  const float lawn_stripe = StripeCoverage(v, 1.2f, 0.6f, spot.footprint) - 0.5f;
-  const float lawn = GrassAlbedo(spot, u, v) * (1 + 0.12f * lawn_stripe);
   float cover = lawn;
   if (kind < 0.1f) {
     cover = kSoilTone * (0.7f + 0.6f * Detail(Material::kLeaves, u, v, 2, spot.footprint));
@@ -219,7 +226,7 @@ float GroundCover::GardenAlbedo(const Spot& spot, const Parcel& parcel, float u,
   } else if (kind < 0.29f) {
     cover = 0.4f * (1 + 0.4f * Detail(Material::kGravel, u, v, 3, spot.footprint));
   }
-  return Mix(lawn, cover, DetailVisibility(cell_m, spot.footprint));
+  return Mix(lawn, cover, visibility);
 }
 
 float GroundCover::SquareAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const {
@@ -290,7 +297,8 @@ float GroundCover::Asphalt(const Spot& spot, const RoadNetwork::Place& place) co
     tone *= 1 + (chance < 0.2f ? -0.4f : 0.35f) * patch;
   } else if (chance > 0.75f) {
     const float centre = half_width * (HashOf(cell, seed + 3) - 0.5f);
-    const float radius = std::hypot(place.across_m - centre, at - 3.5f);
+    const float side = place.across_m - centre, ahead = at - 3.5f;
+    const float radius = std::sqrt(side * side + ahead * ahead);
     const float cover = BandCoverage(-1, 0.38f, radius, spot.footprint);
     const float rim = BandCoverage(0.3f, 0.38f, radius, spot.footprint);
     tone *= 1 - 0.45f * cover + 0.9f * rim;

@@ -20,10 +20,11 @@ MipTexture::MipTexture(const cv::Mat1b& pixels, Edge edge)
   pixels.convertTo(current, CV_32F);
   for (float scale = width_;; scale /= 2) {
     Level level{{}, current.cols, current.rows, scale};
-    level.texels.reserve(current.total());
-    for (const float value : cv::Mat1f(current)) {
-      level.texels.push_back(cv::saturate_cast<uint8_t>(value));
-    }
+    cv::Mat1f edged;
+    cv::copyMakeBorder(current, edged, 0, 1, 0, 1,
+                       edge == Edge::kRepeat ? cv::BORDER_WRAP : cv::BORDER_REPLICATE);
+    level.texels.reserve(edged.total());
+    for (const float value : edged) level.texels.push_back(cv::saturate_cast<uint8_t>(value));
     levels_.push_back(std::move(level));
     if (current.cols == 1 && current.rows == 1) break;
 

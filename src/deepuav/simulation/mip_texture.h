@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -21,12 +24,13 @@ class MipTexture {
   float Sample(float u, float v, float footprint) const {
     const float texels = footprint * width_;
     if (texels <= 1) return Bilinear(levels_.front(), u, v);
-    const float level = std::log2(texels);
-    const auto fine = static_cast<size_t>(level);
+    const auto bits = std::bit_cast<uint32_t>(texels);
+    // The logarithm to base 2, straight between the powers of 2: exponent and mantissa.
+    const size_t fine = (bits >> 23) - 127;
     if (fine + 1 >= levels_.size()) return Bilinear(levels_.back(), u, v);
-    const float fraction = level - static_cast<float>(fine);
-    return (1 - fraction) * Bilinear(levels_[fine], u, v) +
-           fraction * Bilinear(levels_[fine + 1], u, v);
+    const float fraction = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u) - 1;
+    const float finer = Bilinear(levels_[fine], u, v);
+    return finer + fraction * (Bilinear(levels_[fine + 1], u, v) - finer);
   }
 
   /// Height of a tile in widths.
@@ -35,6 +39,8 @@ class MipTexture {
   }
 
  private:
+  // Rows have one more texel than there are columns, and there is one more row: what lies beyond
+  // the edge, so that the neighbours of a texel follow it in memory.
   struct Level {
     std::vector<uint8_t> texels;
     int cols = 0, rows = 0;
@@ -42,25 +48,23 @@ class MipTexture {
   };
 
   float Bilinear(const Level& level, float u, float v) const {
-    const float x = u * level.scale - 0.5f, y = v * level.scale - 0.5f;
+    float x = u * level.scale - 0.5f, y = v * level.scale - 0.5f;
+    if (edge_ == Edge::kClamp) {
+      x = std::clamp(x, 0.0f, static_cast<float>(level.cols - 1));
+      y = std::clamp(y, 0.0f, static_cast<float>(level.rows - 1));
+    }
     const float floor_x = std::floor(x), floor_y = std::floor(y);
     const float fx = x - floor_x, fy = y - floor_y;
     int x0 = static_cast<int>(floor_x), y0 = static_cast<int>(floor_y);
-    int x1 = x0 + 1, y1 = y0 + 1;
-    if (edge_ == Edge::kRepeat) {
-      const int mask = level.cols - 1;
-      x0 &= mask, x1 &= mask, y0 &= mask, y1 &= mask;
-    } else {
-      const auto inside = [](int i, int count) { return i < 0 ? 0 : (i < count ? i : count - 1); };
-      x0 = inside(x0, level.cols), x1 = inside(x1, level.cols);
-      y0 = inside(y0, level.rows), y1 = inside(y1, level.rows);
-    }
-    const uint8_t* upper = level.texels.data() + static_cast<size_t>(y0) * level.cols;
-    const uint8_t* lower = level.texels.data() + static_cast<size_t>(y1) * level.cols;
-    const float top = static_cast<float>(upper[x0]) * (1 - fx) + static_cast<float>(upper[x1]) * fx;
-    const float bottom =
-        static_cast<float>(lower[x0]) * (1 - fx) + static_cast<float>(lower[x1]) * fx;
-    return (top * (1 - fy) + bottom * fy) * (1.0f / 255);
+    if (edge_ == Edge::kRepeat) x0 &= level.cols - 1, y0 &= level.rows - 1;
+    const ptrdiff_t stride = level.cols + 1;
+    const uint8_t* upper = level.texels.data() + y0 * stride + x0;
+    const uint8_t* lower = upper + stride;
+    const auto along = [fx](const uint8_t* pair) {
+      return static_cast<float>(pair[0]) + fx * static_cast<float>(pair[1] - pair[0]);
+    };
+    const float top = along(upper), bottom = along(lower);
+    return (top + fy * (bottom - top)) * (1.0f / 255);
   }
 
   std::vector<Level> levels_;

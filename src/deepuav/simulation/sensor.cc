@@ -31,12 +31,17 @@ ExposureSetting SettingFor(const SensorOptions& options, double scale) {
 
 double MeteredScale(const SensorOptions& options, const std::vector<float>& radiances) {
   constexpr int kIterations = 12;
+  // A power of a product is the product of the powers: one for each radiance, one for each scale.
+  std::vector<double> levels;
+  levels.reserve(radiances.size());
+  for (const float radiance : radiances)
+    levels.push_back(std::pow(std::max<double>(radiance, 0), 1 / options.gamma));
+  const double darkest = std::pow(1e-6, 1 / options.gamma);
   double scale = 1;
   for (int i = 0; i < kIterations; ++i) {
+    const double level_scale = std::pow(scale, 1 / options.gamma);
     double sum = 0;
-    for (const float radiance : radiances) {
-      sum += std::pow(std::clamp(scale * radiance, 1e-6, 1.0), 1 / options.gamma);
-    }
+    for (const double level : levels) sum += std::clamp(level_scale * level, darkest, 1.0);
     const double mean = sum / static_cast<double>(std::max<size_t>(1, radiances.size()));
     scale *= std::pow(options.mean_level / mean, options.gamma);
   }
