@@ -1,5 +1,6 @@
 #include "deepuav/estimation/absolute_pose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
@@ -11,9 +12,21 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kMinimalObservations = 4;  // P3P and one point more to tell its solutions apart.
+constexpr int kSampleSize = 3;
 
 bool Finite(const PoseObservation& observation) {
   return observation.landmark_world.allFinite() && observation.px.allFinite();
+}
+
+/// After how many samples a pose with the least number of inliers that counts would have been
+/// found: more of them could only find poses that do not count.
+int UsefulIterations(size_t observations, const AbsolutePoseOptions& options) {
+  const double inlier_share =
+      std::min(1.0, options.min_inliers / static_cast<double>(observations));
+  const double good_sample = std::pow(inlier_share, kSampleSize);
+  if (good_sample == 1) return 1;
+  const double needed = std::log(1 - options.confidence) / std::log1p(-good_sample);
+  return std::min(options.max_iterations, static_cast<int>(std::ceil(needed)));
 }
 
 /// The pose that USAC finds, of normalised image points (depth 1) so that OpenCV needs no camera
@@ -35,8 +48,8 @@ std::optional<SE3> RobustP3P(const Pinhole& pinhole,
   if (landmarks.size() < kMinimalObservations) return std::nullopt;
 
   const double threshold = options.max_error_px / std::sqrt(pinhole.fx * pinhole.fy);
-  const cv::UsacParams params =
-      MakeUsacParams(threshold, options.confidence, options.max_iterations, seed);
+  const cv::UsacParams params = MakeUsacParams(threshold, options.confidence,
+                                               UsefulIterations(landmarks.size(), options), seed);
   cv::Mat camera = cv::Mat::eye(3, 3, CV_64F), rotation_vector, translation, inliers;
   try {
     if (!cv::solvePnPRansac(landmarks, rays, camera, cv::noArray(), rotation_vector, translation,

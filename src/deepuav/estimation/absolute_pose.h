@@ -10,7 +10,7 @@ namespace deepuav {
 struct AbsolutePoseOptions {
   double max_error_px = 4;    ///< Inlier bound of the robust estimate.
   double confidence = 0.999;  ///< Of the RANSAC.
-  int max_iterations = 500;
+  int max_iterations = 500;   ///< Fewer are done where they suffice to find min_inliers.
   int min_inliers = 12;
 
   void Check() const;

@@ -127,18 +127,23 @@ std::vector<int8_t> PadRows(const int8_t* a, int a_rows, int dimension, ptrdiff_
   return rows;
 }
 
-/// What adding 128 to b added to the dot product.
-inline int32_t UnsignedOffset(const int8_t* a, ptrdiff_t dimension) {
-  int32_t sum = 0;
-  for (ptrdiff_t k = 0; k < dimension; ++k) sum += a[k];
-  return 128 * sum;
+/// What adding 128 to b adds to the dot products of each row of a.
+std::vector<int32_t> UnsignedOffsets(const int8_t* a, int rows, ptrdiff_t dimension) {
+  std::vector<int32_t> offsets(static_cast<size_t>(rows));
+  for (int32_t& offset : offsets) {
+    for (ptrdiff_t k = 0; k < dimension; ++k) offset += a[k];
+    offset *= 128;
+    a += dimension;
+  }
+  return offsets;
 }
 
 /// `Rows` rows of a against two panels of b, of which `columns` rows exist.
 template <int Rows>
-DEEPUAV_VNNI void VnniTile(const int8_t* a, const float* a_scales, ptrdiff_t padded,
-                           const uint8_t* panel, const uint8_t* next_panel, const float* b_scales,
-                           ptrdiff_t columns, float* out, ptrdiff_t out_stride) {
+DEEPUAV_VNNI void VnniTile(const int8_t* a, const float* a_scales, const int32_t* a_offsets,
+                           ptrdiff_t padded, const uint8_t* panel, const uint8_t* next_panel,
+                           const float* b_scales, ptrdiff_t columns, float* out,
+                           ptrdiff_t out_stride) {
   __m512i sums[Rows][2];
   for (int i = 0; i < Rows; ++i) sums[i][0] = sums[i][1] = _mm512_setzero_si512();
   for (ptrdiff_t k = 0; k < padded; k += kGroup) {
@@ -157,8 +162,7 @@ DEEPUAV_VNNI void VnniTile(const int8_t* a, const float* a_scales, ptrdiff_t pad
     const auto mask = static_cast<__mmask16>((1u << count) - 1);
     const __m512 b_scale = _mm512_maskz_loadu_ps(mask, b_scales + half * kPanelRows);
     for (ptrdiff_t i = 0; i < Rows; ++i) {
-      const __m512i dots = _mm512_sub_epi32(
-          sums[i][half], _mm512_set1_epi32(UnsignedOffset(a + i * padded, padded)));
+      const __m512i dots = _mm512_sub_epi32(sums[i][half], _mm512_set1_epi32(a_offsets[i]));
       const __m512 scale = _mm512_mul_ps(_mm512_set1_ps(a_scales[i]), b_scale);
       _mm512_mask_storeu_ps(out + i * out_stride + half * kPanelRows, mask,
                             _mm512_mul_ps(_mm512_maskz_cvtepi32_ps(mask, dots), scale));
@@ -173,6 +177,8 @@ DEEPUAV_VNNI void VnniMatrix(const ScaledRows& a, const ScaledRows& b, int dimen
   if (padded != dimension) padded_a = PadRows(a.values, a.rows, dimension, padded);
   const int8_t* a_values = padded_a.empty() ? a.values : padded_a.data();
 
+  const std::vector<int32_t> offsets = UnsignedOffsets(a_values, a.rows, padded);
+
   for (ptrdiff_t j = 0; j < b.rows; j += 2 * kPanelRows) {
     const ptrdiff_t columns = std::min<ptrdiff_t>(b.rows - j, 2 * kPanelRows);
     const uint8_t* panel = panels.data() + j * padded;
@@ -180,12 +186,12 @@ DEEPUAV_VNNI void VnniMatrix(const ScaledRows& a, const ScaledRows& b, int dimen
     const uint8_t* next_panel = columns > kPanelRows ? panel + kPanelRows * padded : panel;
     ptrdiff_t i = 0;
     for (; i + kTileRows <= a.rows; i += kTileRows) {
-      VnniTile<kTileRows>(a_values + i * padded, a.scales + i, padded, panel, next_panel,
-                          b.scales + j, columns, out + i * b.rows + j, b.rows);
+      VnniTile<kTileRows>(a_values + i * padded, a.scales + i, offsets.data() + i, padded, panel,
+                          next_panel, b.scales + j, columns, out + i * b.rows + j, b.rows);
     }
     for (; i < a.rows; ++i) {
-      VnniTile<1>(a_values + i * padded, a.scales + i, padded, panel, next_panel, b.scales + j,
-                  columns, out + i * b.rows + j, b.rows);
+      VnniTile<1>(a_values + i * padded, a.scales + i, offsets.data() + i, padded, panel,
+                  next_panel, b.scales + j, columns, out + i * b.rows + j, b.rows);
     }
   }
 }

@@ -123,7 +123,7 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
     std::span<const std::shared_ptr<const LocalMap>> candidates, std::string* reason,
     std::span<const int> headings) {
   const StageScope stage(stages_, "relocalise");
-  const std::vector<View> views = ViewsOf(frame, turned);
+  const std::vector<View> views = ViewsOf(frame, turned, headings);
   const KeypointGrid grid(*frame.features);
   std::vector<Found> all;
   for (size_t i = 0; i < candidates.size(); ++i) {
@@ -159,12 +159,13 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
 std::optional<Relocaliser::Found> Relocaliser::LocateIn(const Frame& frame,
                                                         std::span<const Descriptors> turned,
                                                         const LocalMap& candidate) {
-  return LocateViews(ViewsOf(frame, turned), KeypointGrid(*frame.features), candidate,
+  return LocateViews(ViewsOf(frame, turned, {}), KeypointGrid(*frame.features), candidate,
                      std::nullopt);
 }
 
 std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
-                                                    std::span<const Descriptors> turned) const {
+                                                    std::span<const Descriptors> turned,
+                                                    std::span<const int> headings) const {
   if (!turned.empty() && turned.size() != std::tuple_size_v<TurnedDescriptors>) {
     throw Error("{} sets of turned descriptors: expected none or {}", turned.size(),
                 std::tuple_size_v<TurnedDescriptors>);
@@ -176,6 +177,9 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
                   frame.features->size());
     }
     const int quarter_turns = static_cast<int>(i) + 1;
+    const bool wanted = headings.empty() || std::find(headings.begin(), headings.end(),
+                                                      quarter_turns) != headings.end();
+    if (!wanted) continue;
     views.push_back({quarter_turns, frame});
     views.back().frame.features =
         TurnedFeatures(*frame.features, turned[i], quarter_turns, camera_);

@@ -104,7 +104,9 @@ class Relocaliser {
     size_t Agreeing() const { return pose ? pose->seen.size() : 0; }
   };
 
-  std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned) const;
+  /// Upright, and under those of the turned descriptors that `headings` name, or under all.
+  std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned,
+                            std::span<const int> headings) const;
   /// Under `heading` and upright, or under all headings where there is none.
   std::optional<Found> LocateViews(const std::vector<View>& views, const KeypointGrid& grid,
                                    const LocalMap& candidate, std::optional<int> heading);

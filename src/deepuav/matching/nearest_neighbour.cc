@@ -1,7 +1,7 @@
 #include "deepuav/matching/nearest_neighbour.h"
 
 #include "deepuav/base/options.h"
-#include "deepuav/matching/best_two.h"
+#include "deepuav/matching/best_two_scan.h"
 
 namespace deepuav {
 void NearestNeighbourOptions::Check() const {
@@ -21,27 +21,29 @@ std::vector<Match> NearestNeighbourMatcher::MatchFeatures(const Features& a, con
   similarity_.resize(rows * columns);
   a.descriptors.SimilarityMatrix(b.descriptors, similarity_);
 
-  std::vector<BestTwo> best_of_a(rows), best_of_b(columns);
-  const double max_squared = options_.max_motion_px * options_.max_motion_px;
-  for (size_t i = 0; i < rows; ++i) {
-    for (size_t j = 0; j < columns; ++j) {
-      if (max_squared > 0 && (a.keypoints[i].px - b.keypoints[j].px).squaredNorm() > max_squared)
-        continue;
-      const float similarity = similarity_[i * columns + j];
-      best_of_a[i].Offer(static_cast<int>(j), similarity);
-      best_of_b[j].Offer(static_cast<int>(i), similarity);
-    }
-  }
+  if (options_.max_motion_px > 0) ExcludeFarMotions(a, b);
+  const BestTwoOfMatrix best_two = FindBestTwo(similarity_, rows, columns);
   std::vector<Match> matches;
   for (size_t i = 0; i < rows; ++i) {
-    const BestTwo& best = best_of_a[i];
+    const BestTwo& best = best_two.of_rows[i];
     if (best.index < 0 || best.first < options_.min_similarity) continue;
-    const BestTwo& back = best_of_b[static_cast<size_t>(best.index)];
+    const BestTwo& back = best_two.of_columns[static_cast<size_t>(best.index)];
     if (back.index != static_cast<int>(i)) continue;
     if (!best.PassesRatio(options_.ratio) || !back.PassesRatio(options_.ratio)) continue;
     matches.push_back({static_cast<int>(i), best.index, best.first});
   }
   return matches;
+}
+
+void NearestNeighbourMatcher::ExcludeFarMotions(const Features& a, const Features& b) {
+  const double max_squared = options_.max_motion_px * options_.max_motion_px;
+  float* similarity = similarity_.data();
+  for (const Keypoint& from : a.keypoints) {
+    for (const Keypoint& to : b.keypoints) {
+      if ((from.px - to.px).squaredNorm() > max_squared) *similarity = BestTwo().first;
+      ++similarity;
+    }
+  }
 }
 
 std::string NearestNeighbourMatcher::Description() const { return "mutual nearest neighbour"; }

@@ -28,6 +28,9 @@ class NearestNeighbourMatcher : public Matcher {
   std::string Description() const override;
 
  private:
+  /// Makes pairs of key points that lie too far apart unlike.
+  void ExcludeFarMotions(const Features& a, const Features& b);
+
   const NearestNeighbourOptions options_;
   std::vector<float> similarity_;  ///< Kept between calls to save the allocation.
 };
