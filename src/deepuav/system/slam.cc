@@ -1,6 +1,7 @@
 #include "deepuav/system/slam.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -25,6 +26,7 @@ void SystemOptions::Check() const {
   CheckOption(end_reference_tries >= 1, "system.end_reference_tries", end_reference_tries,
               "at least 1");
   CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
+  CheckOption(turned_interval_s >= 0, "system.turned_interval_s", turned_interval_s, "0 or more");
   tracking.Check();
   mapping.Check();
   looping.Check();
@@ -194,7 +196,7 @@ std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* 
   mapping->Settle();
   if (atlas_.Remaining().empty()) return std::nullopt;
   std::optional<TrackingResult> result = RelocaliseUnder(frame, {});
-  if (!result && perception_.turned) {
+  if (!result && perception_.turned && TurnsAt(frame.time)) {
     const TurnedDescriptors turned = perception_.turned->Describe(frame.image, *frame.features);
     result = RelocaliseUnder(frame, turned);
   }
@@ -202,6 +204,13 @@ std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* 
   Log().info("frame {} is recognised in map {}", frame.id.value, result->pose->map.value);
   ++relocalisations_;
   return result;
+}
+
+bool Slam::TurnsAt(Timestamp time) {
+  const bool due =
+      !turned_at_ || std::abs(SecondsBetween(*turned_at_, time)) >= options_.turned_interval_s;
+  if (due) turned_at_ = time;
+  return due;
 }
 
 std::optional<TrackingResult> Slam::RelocaliseUnder(const Frame& frame,

@@ -45,6 +45,8 @@ struct SystemOptions {
   int end_reference_tries =
       12;  ///< Keyframes matched to locate a frame at the end; as tracking.reference_tries.
   int max_gap_frames = 30;  ///< Unlocated frames in a row that the end tries to bridge.
+  double turned_interval_s =
+      0.25;  ///< A lost camera is looked for under other headings at most so often.
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;
@@ -68,6 +70,9 @@ struct SystemOptions {
           "keyframes matched without prediction to locate a frame at the end");
     visit("max_gap_frames", max_gap_frames, "",
           "frames without a pose in a row that are tried at the end");
+    visit("turned_interval_s", turned_interval_s, "s",
+          "between two times that a lost camera is looked for under other headings, which costs "
+          "three runs of the network");
   }
 };
 
@@ -122,6 +127,8 @@ class Slam {
   std::optional<TrackingResult> Relocalise(const Frame& frame, MappingLane* mapping);
   std::optional<TrackingResult> RelocaliseUnder(const Frame& frame,
                                                 std::span<const Descriptors> turned);
+  /// Whether it is time to look for a lost camera under other headings again.
+  bool TurnsAt(Timestamp time);
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
@@ -143,6 +150,7 @@ class Slam {
   Tracker tracker_;
   Relocaliser relocaliser_;
   int relocalisations_ = 0;
+  std::optional<Timestamp> turned_at_;  ///< When a lost camera was last looked for turned.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.
   std::optional<FrameId> keyframe_under_way_;
   std::deque<size_t> unlocated_;  ///< Records that keep their features, by growing index.

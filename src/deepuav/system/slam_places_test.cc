@@ -132,5 +132,36 @@ TEST(SlamPlaces, GivesTheSameBytesOnThreads) {
   }
 }
 
+/// Gives the upright descriptors for all headings, and counts.
+class CountingDescriber : public TurnedDescriber {
+ public:
+  TurnedDescriptors Describe(const GreyImage&, const Features& features) override {
+    ++calls;
+    return {features.descriptors, features.descriptors, features.descriptors};
+  }
+  int calls = 0;
+};
+
+TEST(SlamPlaces, LooksForALostCameraTurnedOnlyNowAndThen) {
+  SyntheticFlight flight = MakeFlight(Court(6), Walk(0, 80), kNoise, 3);
+  constexpr int kBlind = 31;
+  Append(Blind(kBlind), &flight);
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  PreparedFeatures extractor(flight.features);
+  NearestNeighbourMatcher matcher({});
+  const auto calls_with_interval = [&](double interval_s) {
+    CountingDescriber describer;
+    NumberedImages images(flight.size(), flight.frame_interval_s);
+    SystemOptions options;
+    options.turned_interval_s = interval_s;
+    Slam(flight.camera, options, {&extractor, &matcher, &vocabulary, &describer})
+        .Run(&images, Schedule::kSequential);
+    return describer.calls;
+  };
+  const int at_keyframes = calls_with_interval(1e9) - 1;  // one at the first lost frame
+  EXPECT_EQ(calls_with_interval(0) - at_keyframes, kBlind);
+  EXPECT_EQ(calls_with_interval(10 * flight.frame_interval_s - 1e-6) - at_keyframes, 4);
+}
+
 }  // namespace
 }  // namespace deepuav
