@@ -7,21 +7,24 @@ Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command go
 
 import logging
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import torch
 
-from deepuav_training.checkpoint import TrainingState
+from deepuav_training.checkpoint import TrainingState, start_from
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.pairs import PairConfig, PairSource, Sample
 from deepuav_training.label import LabelConfig, training_views
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
 from deepuav_training.models.superpoint_small import SmallSuperPoint, SmallSuperPointConfig
-from deepuav_training.training_run import (Objective, RunConfig, finish_run, run_arguments,
-                                           start_run, training_state)
+from deepuav_training.onnx_weights import load_exported
+from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
+                                           run_arguments, start_run, training_state)
 
 _LOG = logging.getLogger(__name__)
+_STATISTICS_PAIRS = 32  # from which an exported network's normalisations are restored
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,7 @@ def collate(samples: list[Sample]) -> Batch:
 def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig
               ) -> dict[str, torch.Tensor]:
     """Each loss by name, not yet weighted."""
-    with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
+    with in_16_bits(config):
         images = batch.images.to(memory_format=torch.channels_last)
         logits, descriptors = network(images)
     height, width = batch.images.shape[-2:]
@@ -124,6 +127,16 @@ def objective(source: PairSource, config: TrainConfig) -> Objective:
     return Objective(losses, weights)
 
 
+def start(path: Path, state: TrainingState, source: PairSource) -> None:
+    """Starts from a checkpoint or, where no checkpoint was kept, from an exported file."""
+    if path.suffix != ".onnx":
+        start_from(path, state)
+        return
+    images = collate([source.draw(k) for k in range(_STATISTICS_PAIRS)]).images
+    load_exported(path, state.network, images)
+    state.average.load_state_dict(state.network.state_dict())
+
+
 def main() -> None:
     arguments = run_arguments(__doc__.splitlines()[0]).parse_args()
     config = load_config(TrainConfig, arguments.config)
@@ -132,7 +145,8 @@ def main() -> None:
     source = PairSource(training_views(labels), labels.images, labels.cache, labels.views,
                         config.pairs, config.seed)
     _LOG.info("%d labelled views", len(source))
-    finish_run(new_state(config), objective(source, config), config, arguments)
+    finish_run(new_state(config), objective(source, config), config, arguments,
+               lambda path, state: start(path, state, source))
 
 
 if __name__ == "__main__":

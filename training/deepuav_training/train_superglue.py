@@ -18,8 +18,8 @@ from deepuav_training.config import check_field, load_config
 from deepuav_training.data.matches import MatchConfig, MatchSample, MatchSource
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
-from deepuav_training.training_run import (Objective, RunConfig, finish_run, run_arguments,
-                                           start_run, training_state)
+from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
+                                           run_arguments, start_run, training_state)
 
 _LOG = logging.getLogger(__name__)
 _PROJECTION_PAIRS = 200  # whose descriptors give the principal axes
@@ -72,7 +72,7 @@ def losses_of(network: SuperGlue, batch: GlueBatch, config: GlueTrainConfig
     """Each loss by name, not yet weighted."""
     inputs = [tensors[side] for side in (0, 1)
               for tensors in (batch.keypoints, batch.scores, batch.descriptors)]
-    with torch.autocast("cpu", torch.bfloat16, enabled=config.bfloat16):
+    with in_16_bits(config):
         states = network.states(*inputs)
         assigned = [network.assign(*state) for state in states]
     pairs = [(assignment_loss(log, batch.match[0]), unmatched_loss(z0, z1, *batch.match))

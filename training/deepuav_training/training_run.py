@@ -40,7 +40,7 @@ class RunConfig:
     run: str = "runs/run"  # folder of the checkpoint and the log
     seed: int = 3
     threads: int = 1
-    bfloat16: bool = True  # products in 16 bits
+    bfloat16: bool = True  # products in 16 bits, where the CPU computes in them
     steps: int = 20000
     batch: int = 8  # pairs of images
     learning_rate: float = 0.003
@@ -55,6 +55,12 @@ class RunConfig:
         check_field(self.steps > 0, where, "steps", self.steps, "at least 1")
         check_field(self.batch > 0, where, "batch", self.batch, "at least 1")
         check_field(0 <= self.warmup < 1, where, "warmup", self.warmup, "a share in [0, 1)")
+
+
+def in_16_bits(config: RunConfig) -> torch.autocast:
+    """Products in bfloat16 if asked for, on CPUs that compute in it: others only emulate it."""
+    return torch.autocast("cpu", torch.bfloat16,
+                          enabled=config.bfloat16 and torch.cpu._is_avx512_bf16_supported())
 
 
 def training_state(network: nn.Module, config: RunConfig) -> TrainingState:
@@ -140,8 +146,9 @@ def run_arguments(description: str) -> argparse.ArgumentParser:
     """The command line of a training stage."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--config", required=True)
-    parser.add_argument("--init", type=Path, metavar="CHECKPOINT",
-                        help="the weights that a new run starts from, of an earlier one")
+    parser.add_argument("--init", type=Path, metavar="FILE",
+                        help="the weights that a new run starts from: a checkpoint of an earlier "
+                             "one; of the small SuperPoint also its exported ONNX file")
     parser.add_argument("--until", metavar="HH:MM",
                         help="fit the rest of the schedule to end then, instead of after `steps`")
     parser.add_argument("--pid-file", type=Path, help="where to write the process's number")
@@ -162,13 +169,14 @@ def start_run(config: RunConfig, arguments: argparse.Namespace) -> None:
 
 
 def finish_run(state: TrainingState, objective: Objective, config: RunConfig,
-               arguments: argparse.Namespace) -> None:
-    """Goes on from the run's checkpoint, or from --init, to the end of the schedule."""
+               arguments: argparse.Namespace,
+               start: Callable[[Path, TrainingState], None] = start_from) -> None:
+    """Goes on from the run's checkpoint, or from --init by `start`, to the end of the schedule."""
     checkpoint = Path(config.run) / "checkpoint.pt"
     if checkpoint.exists():
         load_checkpoint(checkpoint, state)
     elif arguments.init:
-        start_from(arguments.init, state)
+        start(arguments.init, state)
         _LOG.info("weights of %s", arguments.init)
     _LOG.info("from step %d", state.step)
     train(state, objective, config, Pace(config.steps, arguments.until))

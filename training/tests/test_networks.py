@@ -10,6 +10,7 @@ from deepuav_training.errors import TrainingError
 from deepuav_training.export import check_export, export_onnx
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
+from deepuav_training.onnx_weights import load_exported
 from deepuav_training.train_small import TrainConfig, collate, losses_of, new_state
 from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
 
@@ -144,3 +145,41 @@ def test_export_of_other_weights_is_noticed(tmp_path):
         other.detector[-1].bias += 0.1
     with pytest.raises(TrainingError, match="differ"):
         check_export(other, tmp_path / "n.onnx")
+
+
+def noisy(network, seed):
+    """Gives every normalisation statistics and gains as training leaves them."""
+    generator = torch.Generator().manual_seed(seed)
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            for value in (module.running_mean, module.bias):
+                value.copy_(torch.randn(value.shape, generator=generator))
+            for value in (module.running_var, module.weight):
+                value.copy_(torch.rand(value.shape, generator=generator) + 0.5)
+
+
+@torch.no_grad()
+def test_training_goes_on_from_an_exported_file(tmp_path):
+    torch.manual_seed(5)
+    trained, restored = SmallSuperPoint(TINY).eval(), SmallSuperPoint(TINY).train()
+    noisy(trained, 6)
+    export_onnx(trained, tmp_path / "trained.onnx")
+    images = torch.rand(6, 1, 64, 48)
+    load_exported(tmp_path / "trained.onnx", restored, images)
+    assert restored.training
+    unseen = torch.rand(2, 1, 40, 56)
+    torch.testing.assert_close(restored.eval()(unseen), trained(unseen), rtol=1e-3, atol=1e-4)
+    # With the images' own statistics training computes the same as use does.
+    torch.testing.assert_close(restored.train()(images), trained(images), rtol=1e-3, atol=1e-3)
+
+
+def test_a_file_of_other_layers_is_refused(tmp_path):
+    export_onnx(SmallSuperPoint(TINY).eval(), tmp_path / "tiny.onnx")
+    with pytest.raises(TrainingError, match="tiny.onnx.*other shapes"):
+        load_exported(tmp_path / "tiny.onnx", SmallSuperPoint(), torch.rand(1, 1, 16, 16))
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path):
+    (tmp_path / "text.onnx").write_text("hello")
+    with pytest.raises(TrainingError, match="text.onnx"):
+        load_exported(tmp_path / "text.onnx", SmallSuperPoint(TINY), torch.rand(1, 1, 16, 16))
