@@ -1,6 +1,7 @@
 #include "deepuav/simulation/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -22,6 +23,9 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
+// A packet covers a tile of pixels, for rays that are close together meet the same things.
+constexpr int kTileColumns = 4, kTileRows = 2;
+static_assert(kTileColumns * kTileRows == RayPacket::kSize);
 constexpr int kLanes = RayPacket::kSize;
 
 template <typename Options>
@@ -62,6 +66,13 @@ struct CameraPose {
         position(world_from_cam.translation().cast<float>()) {}
 };
 
+// The camera while it exposes one row.
+struct RowView {
+  CameraPose pose;
+  float ray_time;
+};
+using TileView = std::array<RowView, kTileRows>;
+
 }  // namespace
 
 class Renderer::Impl {
@@ -97,8 +108,8 @@ class Renderer::Impl {
     cv::Mat1f radiance(camera_.height, camera_.width);
     const LightTracer tracer(world_, sky_, &moving_);
     ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
-      for (int y = first; y < last; ++y)
-        TraceRow(tracer, path, time_s, setting.duration_s, y, &radiance);
+      for (int y = first; y < last; y += kTileRows)
+        TraceTiles(tracer, path, time_s, setting.duration_s, y, &radiance);
     });
     DrawRain(options_.weather, camera_,
              {path(time_s - setting.duration_s / 2), path(time_s + setting.duration_s / 2),
@@ -111,37 +122,58 @@ class Renderer::Impl {
   }
 
  private:
-  void TraceRow(const LightTracer& tracer, const PathOfCamera& path, double time_s,
-                double duration_s, int y, cv::Mat1f* radiance) const {
+  // Rows y to y + kTileRows - 1.
+  void TraceTiles(const LightTracer& tracer, const PathOfCamera& path, double time_s,
+                  double duration_s, int y, cv::Mat1f* radiance) const {
     const int samples = options_.sensor.samples;
     const float share = 1.0f / static_cast<float>(samples);
     const float pixel_size = rays_.pixel_size() * std::sqrt(share);
-    const double row_time = RowTime(time_s, y);
-    float* row = (*radiance)[y];
-    std::fill_n(row, camera_.width, 0.0f);
+    for (int row = y; row < std::min(y + kTileRows, camera_.height); ++row)
+      std::fill_n((*radiance)[row], camera_.width, 0.0f);
     for (int sample = 0; sample < samples; ++sample) {
-      const double at = row_time + ((sample + 0.5) / samples - 0.5) * duration_s;
-      const CameraPose pose(path(at));
-      const float ray_time = moving_.RayTime(at);
-      for (int x = 0; x < camera_.width; x += kLanes) {
+      const double shift_s = ((sample + 0.5) / samples - 0.5) * duration_s;
+      const TileView view = ViewOf(path, time_s, shift_s, y);
+      for (int x = 0; x < camera_.width; x += kTileColumns) {
         RayPacket packet;
-        FillPacket(pose, x, y, offsets_[static_cast<size_t>(sample)], ray_time, &packet);
+        FillPacket(view, x, y, offsets_[static_cast<size_t>(sample)], &packet);
         const std::array<float, kLanes> light = tracer.Radiance(&packet, pixel_size);
-        const int count = std::min(kLanes, camera_.width - x);
-        for (int i = 0; i < count; ++i) row[x + i] += share * light[static_cast<size_t>(i)];
+        ForLanes(x, y, [&](int lane, int column, int row) {
+          (*radiance)(row, column) += share * light[static_cast<size_t>(lane)];
+        });
       }
     }
   }
 
-  void FillPacket(const CameraPose& pose, int x, int y, const Vector2f& offset, float ray_time,
+  // The rows from y on, `shift_s` from the middles of their exposures.
+  TileView ViewOf(const PathOfCamera& path, double time_s, double shift_s, int y) const {
+    const auto row_view = [&](int row) {
+      const double at = RowTime(time_s, row) + shift_s;
+      return RowView{CameraPose(path(at)), moving_.RayTime(at)};
+    };
+    static_assert(kTileRows == 2);
+    return {row_view(y), row_view(std::min(y + 1, camera_.height - 1))};
+  }
+
+  // Calls `visit` with the lanes of the tile at (x, y), and their pixels, that are in the picture.
+  template <typename Visit>
+  void ForLanes(int x, int y, const Visit& visit) const {
+    const int columns = std::min(kTileColumns, camera_.width - x);
+    const int rows = std::min(kTileRows, camera_.height - y);
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column)
+        visit(row * kTileColumns + column, x + column, y + row);
+    }
+  }
+
+  void FillPacket(const TileView& view, int x, int y, const Vector2f& offset,
                   RayPacket* packet) const {
     const bool centred = offset.isZero(0);
-    const int count = std::min(kLanes, camera_.width - x);
-    for (int i = 0; i < count; ++i) {
-      const Vector2f ray = centred ? rays_.At(x + i, y) : rays_.At(x + i, y, offset);
-      if (std::isnan(ray.x()) || std::isnan(ray.y())) continue;
-      packet->Set(i, pose.position, pose.rotation * Vector3f(ray.x(), ray.y(), 1), ray_time);
-    }
+    ForLanes(x, y, [&](int lane, int column, int row) {
+      const Vector2f ray = centred ? rays_.At(column, row) : rays_.At(column, row, offset);
+      if (std::isnan(ray.x()) || std::isnan(ray.y())) return;
+      const auto& [pose, ray_time] = view[static_cast<size_t>(lane / kTileColumns)];
+      packet->Set(lane, pose.position, pose.rotation * Vector3f(ray.x(), ray.y(), 1), ray_time);
+    });
   }
 
   // The lagging mean, over the last while, of what a few rays see. So a picture follows from its
@@ -194,24 +226,23 @@ class Renderer::Impl {
     }
     const LightTracer tracer(world_, sky_, &moving_);
     ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
-      for (int y = first; y < last; ++y) {
-        const double at = RowTime(time_s, y);
-        const CameraPose pose(path(at));
-        for (int x = 0; x < camera_.width; x += kLanes) {
+      for (int y = first; y < last; y += kTileRows) {
+        const TileView view = ViewOf(path, time_s, 0, y);
+        for (int x = 0; x < camera_.width; x += kTileColumns) {
           RayPacket packet;
-          FillPacket(pose, x, y, Vector2f::Zero(), moving_.RayTime(at), &packet);
+          FillPacket(view, x, y, Vector2f::Zero(), &packet);
           tracer.Intersect(&packet);
-          for (int i = 0; i < std::min(kLanes, camera_.width - x); ++i) {
-            if (!packet.Hits(i)) continue;
-            if (truth.depth) rendered->depth_m(y, x + i) = packet.Depth(i);
-            if (!other) continue;
+          ForLanes(x, y, [&](int lane, int column, int row) {
+            if (!packet.Hits(lane)) return;
+            if (truth.depth) rendered->depth_m(row, column) = packet.Depth(lane);
+            if (!other) return;
             const auto pixel =
-                LaterPixel(*other, tracer.PointAt(packet, i), *truth.flow_to_time_s, y);
+                LaterPixel(*other, tracer.PointAt(packet, lane), *truth.flow_to_time_s, row);
             if (pixel) {
-              rendered->flow_px(y, x + i) = cv::Vec2f(static_cast<float>(pixel->x() - (x + i)),
-                                                      static_cast<float>(pixel->y() - y));
+              rendered->flow_px(row, column) = cv::Vec2f(static_cast<float>(pixel->x() - column),
+                                                         static_cast<float>(pixel->y() - row));
             }
-          }
+          });
         }
       }
     });

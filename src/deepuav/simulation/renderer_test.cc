@@ -245,6 +245,21 @@ TEST(Renderer, DoesNotDependOnThreadsOrOrder) {
   EXPECT_EQ(early.exposure.duration_s, again.exposure.duration_s);
 }
 
+// Rays are traced in tiles: those that the picture's border cuts are filled too.
+TEST(Renderer, FillsPicturesOfOddSize) {
+  Camera odd = TestCamera(LensModel::kPinhole);
+  odd.width = 37, odd.height = 21;
+  odd.pinhole.cx = 18, odd.pinhole.cy = 10;
+  Camera even = odd;
+  even.width = 40, even.height = 24;
+  const Rendered cut = Renderer(SmallWorld(), odd, Linear()).Render(Still, 0, 0, {true, {}});
+  const Rendered whole = Renderer(SmallWorld(), even, Linear()).Render(Still, 0, 0, {true, {}});
+  const cv::Rect shared(0, 0, odd.width, odd.height);
+  EXPECT_EQ(cv::countNonZero(cut.depth_m != whole.depth_m(shared)), 0);
+  EXPECT_GT(cv::countNonZero(cut.depth_m), 0);
+  EXPECT_LT(cv::norm(cut.image, whole.image(shared), cv::NORM_INF), 2);
+}
+
 TEST(Renderer, ThingsCastShadowsAwayFromTheSun) {
   constexpr double kGap = 12;
   const Vector3d at(20, 20, 0);
