@@ -1,9 +1,14 @@
 #include "deepuav/inference/session.h"
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 #include <algorithm>
 #include <openvino/frontend/manager.hpp>
 #include <openvino/openvino.hpp>
 #include <sstream>
+#include <string_view>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -40,7 +45,7 @@ auto Guarded(const std::filesystem::path& model, const char* what, Step&& step) 
   }
 }
 
-/// Emulated bf16 is slower than fp32, so what counts is the instruction, not that the runtime can.
+/// What counts is the instruction, not that the runtime can.
 bool HasFastBf16() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx512bf16") > 0;  // AMX comes only with it.
@@ -50,9 +55,36 @@ bool HasFastBf16() {
 #endif
 }
 
-std::string ResolvePrecision(const std::string& precision) {
-  if (precision != "auto") return precision;
+#if defined(__x86_64__)
+/// The 256-bit form of VNNI, which __builtin_cpu_supports of g++ 12 does not know.
+bool HasAvxVnni() {
+  unsigned int eax = 0, ebx = 0, ecx = 0, edx = 0;
+  constexpr unsigned int kExtendedFeatures = 7, kSubleaf = 1, kAvxVnniBit = 1U << 4;
+  if (!__get_cpuid_count(kExtendedFeatures, kSubleaf, &eax, &ebx, &ecx, &edx)) return false;
+  return (eax & kAvxVnniBit) != 0;
+}
+#endif
+
+bool HasFastInt8() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx512vnni") > 0 || HasAvxVnni();
+#else
+  const auto found = Core().get_property(kDevice, ov::device::capabilities);
+  return std::find(found.begin(), found.end(), ov::device::capability::INT8) != found.end();
+#endif
+}
+
+/// Of the layers that are not quantised.
+std::string ResolveFloat(const std::string& precision) {
+  if (precision == "fp32" || precision == "bf16") return precision;
   return HasFastBf16() ? "bf16" : "fp32";
+}
+
+bool IsQuantised(const ov::Model& model) {
+  const auto operations = model.get_ops();
+  return std::any_of(operations.begin(), operations.end(), [](const auto& operation) {
+    return std::string_view(operation->get_type_name()) == "FakeQuantize";
+  });
 }
 
 std::filesystem::path WeightsOf(std::filesystem::path xml) { return xml.replace_extension(".bin"); }
@@ -121,10 +153,18 @@ size_t IndexOf(const std::vector<TensorInfo>& tensors, const std::string& name,
 
 void InferenceOptions::Check() const {
   CheckOption(threads >= 1, "inference.threads", threads, "at least 1");
-  if (precision != "auto" && precision != "fp32" && precision != "bf16") {
-    throw Error("option inference.precision is '{}': expected auto, fp32 or bf16", precision);
+  if (precision != "auto" && precision != "fp32" && precision != "bf16" && precision != "int8") {
+    throw Error("option inference.precision is '{}': expected auto, fp32, bf16 or int8", precision);
   }
 }
+
+bool HasFastArithmetic(const std::string& precision) {
+  if (precision == "bf16") return HasFastBf16();
+  if (precision == "int8") return HasFastInt8();
+  return precision == "fp32";
+}
+
+std::string CpuName() { return Core().get_property(kDevice, ov::device::full_name); }
 
 std::string ShapeText(const TensorShape& shape) {
   std::string text = "[";
@@ -144,6 +184,8 @@ std::string ModelSha256(const std::filesystem::path& model) {
 struct Session::Impl {
   std::filesystem::path path;
   InferenceOptions options;
+  std::string float_precision;  ///< Of the layers that are not quantised.
+  bool is_quantised = false;
   std::string precision;
   std::string sha256;
   std::shared_ptr<ov::Model> model;
@@ -160,6 +202,8 @@ struct Session::Impl {
   std::string CacheKey(const std::set<std::string>& channels_last) const;
   void CompileOrLoad(const std::string& cache_key);
   bool Load(const BlobCache& cache, const std::string& cache_key);
+  void NoteGrantedPrecision();
+  void NamePrecision() { precision = (is_quantised ? "int8+" : "") + float_precision; }
 };
 
 /// The shape of every input, checked against the model.
@@ -205,14 +249,15 @@ ov::AnyMap Session::Impl::Config() const {
   return {ov::inference_num_threads(options.threads),
           ov::num_streams(1),
           ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
-          ov::hint::inference_precision(precision == "bf16" ? ov::element::bf16 : ov::element::f32),
+          ov::hint::inference_precision(float_precision == "bf16" ? ov::element::bf16
+                                                                  : ov::element::f32),
           ov::hint::enable_cpu_pinning(false),
           ov::hint::enable_hyper_threading(true)};
 }
 
 /// All that the compiled network depends on.
 std::string Session::Impl::CacheKey(const std::set<std::string>& channels_last) const {
-  std::string key = fmt::format("{} {} {} {} {}", sha256, precision, options.threads,
+  std::string key = fmt::format("{} {} {} {} {}", sha256, float_precision, options.threads,
                                 ov::get_openvino_version().buildNumber,
                                 Core().get_property(kDevice, ov::device::full_name));
   for (const auto& capability : Core().get_property(kDevice, ov::device::capabilities))
@@ -247,13 +292,29 @@ void Session::Impl::CompileOrLoad(const std::string& cache_key) {
   cache.Store(cache_key, stream.str());
 }
 
+/// A CPU without bf16 may be given fp32 in its place.
+void Session::Impl::NoteGrantedPrecision() {
+  const bool is_bf16 = compiled.get_property(ov::hint::inference_precision) == ov::element::bf16;
+  const std::string granted = is_bf16 ? "bf16" : "fp32";
+  if (granted == float_precision) return;
+  Log().warn("{}: computes in {}, not {}", path.string(), granted, float_precision);
+  float_precision = granted;
+  NamePrecision();
+}
+
 Session::Session(std::filesystem::path model, const InferenceOptions& options)
     : impl_(std::make_unique<Impl>()) {
   options.Check();
   impl_->path = std::move(model);
   impl_->options = options;
-  impl_->precision = ResolvePrecision(options.precision);
+  impl_->float_precision = ResolveFloat(options.precision);
   impl_->model = ReadModel(impl_->path);
+  impl_->is_quantised = IsQuantised(*impl_->model);
+  if (options.precision == "int8" && !impl_->is_quantised) {
+    throw Error("{}: is not quantised: expected a network with int8 layers for the precision int8",
+                impl_->path.string());
+  }
+  impl_->NamePrecision();
   impl_->sha256 = ModelSha256(impl_->path);
   impl_->inputs = DescribePorts(impl_->model->inputs());
   impl_->outputs = DescribePorts(impl_->model->outputs());
@@ -302,6 +363,7 @@ void Session::Compile(const std::set<std::string>& channels_last) {
     impl_->request = impl_->compiled.create_infer_request();
     impl_->input_values.assign(impl_->inputs.size(), nullptr);
   });
+  impl_->NoteGrantedPrecision();
   if (threads() != impl_->options.threads) {
     Log().warn("{}: runs on {} threads, not {}", impl_->path.string(), threads(),
                impl_->options.threads);

@@ -21,11 +21,19 @@ struct InferenceOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("threads", threads, "", "CPU threads of one network");
-    visit("precision", precision, "",
-          "arithmetic: auto (bf16 where the CPU has it in hardware), fp32 or bf16");
+    visit(
+        "precision", precision, "",
+        "arithmetic: auto (what the CPU has in hardware), fp32, bf16 or int8 (quantised networks)");
     visit("cache_dir", cache_dir, "", "folder for compiled networks; empty: none are kept");
   }
 };
+
+/// Whether this CPU computes in "fp32", "bf16" or "int8" by instructions of its own: what it must
+/// emulate is slower than fp32.
+bool HasFastArithmetic(const std::string& precision);
+
+/// As the CPU names itself.
+std::string CpuName();
 
 /// Sizes of a tensor's dimensions, outermost first.
 using TensorShape = std::vector<int64_t>;
@@ -52,7 +60,8 @@ std::string ModelSha256(const std::filesystem::path& model);
 class Session {
  public:
   /// Reads an ONNX file or an OpenVINO .xml with its .bin. Throws Error naming the file when it is
-  /// missing or no model.
+  /// missing or no model, and for the precision int8 when it is not quantised. A quantised network
+  /// has int8 layers under every precision, which then is that of its other layers.
   Session(std::filesystem::path model, const InferenceOptions& options);
   ~Session();
   Session(Session&&) noexcept;
@@ -84,10 +93,12 @@ class Session {
   /// The shape of the last run's output.
   TensorShape OutputShape(const std::string& name) const;
 
-  const std::string& precision() const;  ///< "fp32" or "bf16", after "auto" is resolved.
-  const std::string& sha256() const;     ///< ModelSha256 of the model.
-  int threads() const;                   ///< Granted by the runtime; after Compile.
-  bool from_cache() const;  ///< Whether Compile found the compiled network in the cache.
+  /// "fp32" or "bf16", after "auto" is resolved and, once compiled, as the runtime granted it; of a
+  /// quantised network "int8+fp32" or "int8+bf16".
+  const std::string& precision() const;
+  const std::string& sha256() const;  ///< ModelSha256 of the model.
+  int threads() const;                ///< Granted by the runtime; after Compile.
+  bool from_cache() const;            ///< Whether Compile found the compiled network in the cache.
 
  private:
   struct Impl;

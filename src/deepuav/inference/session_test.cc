@@ -44,6 +44,48 @@ constexpr char kDoubling[] = R"(<?xml version="1.0"?>
 </net>
 )";
 
+/// y = x rounded to 256 levels from 0 to 25.5, as a quantiser marks it.
+constexpr char kQuantised[] = R"(<?xml version="1.0"?>
+<net name="quantised" version="11">
+  <layers>
+    <layer id="0" name="x" type="Parameter" version="opset1">
+      <data shape="1,2,?,?" element_type="f32"/>
+      <output><port id="0" precision="FP32" names="x"><dim>1</dim><dim>2</dim><dim>-1</dim><dim>-1</dim></port></output>
+    </layer>
+    <layer id="1" name="low" type="Const" version="opset1">
+      <data element_type="f32" shape="" offset="0" size="4"/>
+      <output><port id="0" precision="FP32"/></output>
+    </layer>
+    <layer id="2" name="high" type="Const" version="opset1">
+      <data element_type="f32" shape="" offset="4" size="4"/>
+      <output><port id="0" precision="FP32"/></output>
+    </layer>
+    <layer id="3" name="y" type="FakeQuantize" version="opset1">
+      <data levels="256" auto_broadcast="numpy"/>
+      <input>
+        <port id="0" precision="FP32"><dim>1</dim><dim>2</dim><dim>-1</dim><dim>-1</dim></port>
+        <port id="1" precision="FP32"/>
+        <port id="2" precision="FP32"/>
+        <port id="3" precision="FP32"/>
+        <port id="4" precision="FP32"/>
+      </input>
+      <output><port id="5" precision="FP32" names="y"><dim>1</dim><dim>2</dim><dim>-1</dim><dim>-1</dim></port></output>
+    </layer>
+    <layer id="4" name="y_result" type="Result" version="opset1">
+      <input><port id="0" precision="FP32"><dim>1</dim><dim>2</dim><dim>-1</dim><dim>-1</dim></port></input>
+    </layer>
+  </layers>
+  <edges>
+    <edge from-layer="0" from-port="0" to-layer="3" to-port="0"/>
+    <edge from-layer="1" from-port="0" to-layer="3" to-port="1"/>
+    <edge from-layer="2" from-port="0" to-layer="3" to-port="2"/>
+    <edge from-layer="1" from-port="0" to-layer="3" to-port="3"/>
+    <edge from-layer="2" from-port="0" to-layer="3" to-port="4"/>
+    <edge from-layer="3" from-port="5" to-layer="4" to-port="0"/>
+  </edges>
+</net>
+)";
+
 class SessionTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -179,14 +221,50 @@ TEST_F(SessionTest, OptionsAreChecked) {
   EXPECT_NO_THROW(options.Check());
   options.threads = 0;
   EXPECT_THROW(options.Check(), Error);
-  options = {};
-  options.precision = "int8";
-  EXPECT_THROW(options.Check(), Error);
+  for (const char* precision : {"auto", "fp32", "bf16", "int8"}) {
+    options = {};
+    options.precision = precision;
+    EXPECT_NO_THROW(options.Check()) << precision;
+  }
+  for (const char* precision : {"", "FP32", "int4"}) {
+    options.precision = precision;
+    EXPECT_THROW(options.Check(), Error) << precision;
+  }
 }
 
 TEST_F(SessionTest, AutomaticPrecisionIsResolved) {
   const Session session(doubling_, {});
   EXPECT_THAT(session.precision(), testing::AnyOf("fp32", "bf16"));
+}
+
+TEST_F(SessionTest, ArithmeticOfTheCpu) {
+  EXPECT_TRUE(HasFastArithmetic("fp32"));
+  EXPECT_FALSE(HasFastArithmetic("fp12"));
+  const Session session(doubling_, {});
+  EXPECT_EQ(session.precision(), HasFastArithmetic("bf16") ? "bf16" : "fp32");
+  EXPECT_FALSE(CpuName().empty());
+}
+
+TEST_F(SessionTest, QuantisedNetworks) {
+  const auto quantised = Write("quantised.xml", kQuantised);
+  const float range[] = {0, 25.5f};
+  Write("quantised.bin", std::string(reinterpret_cast<const char*>(range), sizeof(range)));
+  InferenceOptions options = Fp32();
+  EXPECT_EQ(Session(quantised, options).precision(), "int8+fp32");
+  options.precision = "int8";
+  Session session(quantised, options);
+  EXPECT_EQ(session.precision(), HasFastArithmetic("bf16") ? "int8+bf16" : "int8+fp32");
+  session.Reshape({{"x", {1, 2, 1, 2}}});
+  session.Compile();
+  const std::vector<float> x{-3, 1.04f, 7.26f, 90};
+  session.SetInput("x", x);
+  session.Run();
+  const std::vector<float> expected{0, 1, 7.3f, 25.5f};
+  for (size_t i = 0; i < x.size(); ++i) {
+    constexpr float kOfBf16 = 0.1f;
+    EXPECT_NEAR(session.Output("y")[i], expected[i], HasFastArithmetic("bf16") ? kOfBf16 : 1e-4f);
+  }
+  ExpectError([&] { Session(doubling_, options); }, "doubling.xml", "is not quantised");
 }
 
 TEST_F(SessionTest, HashIsOfGraphAndWeights) {

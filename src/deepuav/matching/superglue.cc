@@ -38,10 +38,8 @@ void SuperGlueOptions::Check() const {
 
 SuperGlueMatcher::SuperGlueMatcher(int width, int height, const SuperGlueOptions& options,
                                    const InferenceOptions& inference)
-    : width_(width),
-      height_(height),
-      options_((options.Check(), options)),
-      session_(options.model, inference) {
+    : options_((options.Check(), options)), session_(options.model, inference) {
+  SetImageSizes({width, height}, {width, height});
   for (size_t i = 0; i < sides_.size(); ++i) {
     const std::string number = std::to_string(i);
     sides_[i].keypoints_name = "keypoints" + number;
@@ -63,6 +61,11 @@ SuperGlueMatcher::SuperGlueMatcher(int width, int height, const SuperGlueOptions
     side.mask.resize(network_keypoints_);
     session_.SetInput(side.mask_name, side.mask);
   }
+}
+
+void SuperGlueMatcher::SetImageSizes(const Eigen::Vector2i& a_px, const Eigen::Vector2i& b_px) {
+  sides_[0].size_px = a_px.cast<float>();
+  sides_[1].size_px = b_px.cast<float>();
 }
 
 /// Settles N and D. A network whose N is fixed keeps it.
@@ -120,8 +123,7 @@ std::string SuperGlueMatcher::Description() const {
 void SuperGlueMatcher::Fill(const Features& features, Side* side) const {
   const size_t count = std::min(static_cast<size_t>(features.size()), network_keypoints_);
   const auto dimension = static_cast<size_t>(dimension_);
-  const Eigen::Vector2f centre(0.5f * static_cast<float>(width_),
-                               0.5f * static_cast<float>(height_));
+  const Eigen::Vector2f centre = 0.5f * side->size_px;
   const float scale = 1 / centre.maxCoeff();
   const auto row = [&](size_t k) {
     return side->descriptors.begin() + static_cast<ptrdiff_t>(k * dimension);

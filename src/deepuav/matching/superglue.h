@@ -39,10 +39,13 @@ struct SuperGlueOptions {
 /// divides the probability.
 class SuperGlueMatcher : public Matcher {
  public:
-  /// Images have that size in pixels. Throws Error naming the file when the network has other
-  /// inputs or outputs.
+  /// Images have that size in pixels, unless SetImageSizes says otherwise. Throws Error naming the
+  /// file when the network has other inputs or outputs.
   SuperGlueMatcher(int width, int height, const SuperGlueOptions& options,
                    const InferenceOptions& inference);
+
+  /// Of the images of the next pairs, which need not have one size.
+  void SetImageSizes(const Eigen::Vector2i& a_px, const Eigen::Vector2i& b_px);
 
   /// Pairs whose probability is the largest of its row and column and at least `min_score`. Throws
   /// Error naming the file for descriptors of another dimension than the network's.
@@ -52,6 +55,7 @@ class SuperGlueMatcher : public Matcher {
  private:
   /// What the network is given of one image.
   struct Side {
+    Eigen::Vector2f size_px;
     std::string keypoints_name, scores_name, descriptors_name, mask_name;
     std::vector<float> keypoints, scores, descriptors, mask;
   };
@@ -62,7 +66,6 @@ class SuperGlueMatcher : public Matcher {
   /// Row-major, count_a x count_b.
   void ReadAssignment(size_t count_a, size_t count_b);
 
-  const int width_, height_;
   const SuperGlueOptions options_;
   Session session_;
   size_t network_keypoints_ = 0;  ///< N

@@ -178,6 +178,21 @@ TEST_P(SuperGlueTest, MoreKeypointsThanTheNetworkTakes) {
   }
 }
 
+/// The same view at twice the size and in a wider image lies at other places of its network.
+TEST_P(SuperGlueTest, ImagesOfTwoSizes) {
+  SuperGlueMatcher matcher = Make(30);
+  const Features a = RandomFeatures(30, 7), b = Shuffled(a, Reversed(30));
+  Features doubled = b;
+  for (Keypoint& keypoint : doubled.keypoints) keypoint.image_px *= 2;
+  const auto expected = matcher.MatchFeatures(a, b);
+  ASSERT_GE(expected.size(), 20u);
+  matcher.SetImageSizes({kWidth, kHeight}, {2 * kWidth, 2 * kHeight});
+  ExpectSame(matcher.MatchFeatures(a, doubled), expected);
+  matcher.SetImageSizes({kWidth, kHeight}, {kWidth, kHeight});
+  ExpectSame(matcher.MatchFeatures(a, b), expected);
+  EXPECT_NE(matcher.MatchFeatures(a, doubled).size(), expected.size());
+}
+
 TEST_P(SuperGlueTest, NoKeypoints) {
   SuperGlueMatcher matcher = Make(10);
   const Features none{{}, Descriptors(kDimension)}, some = RandomFeatures(5, 5);
