@@ -24,5 +24,8 @@ void AddSimulateCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);
 void AddMapCommand(CLI::App& app);
 void AddTrainVocabCommand(CLI::App& app);
+void AddMatchCommand(CLI::App& app);
+void AddModelsCommand(CLI::App& app);
+void AddBenchCommand(CLI::App& app);
 
 }  // namespace deepuav

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "commands.h"
+#include "option_arguments.h"
 
 namespace deepuav {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 struct DemoArguments {
   std::string out = "out/demo", flight = "orbit";
   int frames = -1;
+  OptionArguments networks;
 };
 
 /// Does what a user would who typed these words. Throws ExitStatus unless it succeeds.
@@ -25,12 +27,24 @@ void Step(const std::vector<std::string>& words) {
   if (status != 0) throw ExitStatus{status};
 }
 
+std::vector<std::string> RunWords(const std::string& flight, const std::string& out,
+                                  const OptionArguments& networks) {
+  std::vector<std::string> words = {"run", flight, "--out", out};
+  const auto add = [&words](const char* name, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {name, value});
+  };
+  add("--features", networks.features);
+  add("--model", networks.model);
+  add("--precision", networks.precision);
+  return words;
+}
+
 void Demo(const DemoArguments& arguments) {
   const std::filesystem::path out = arguments.out;
   const std::string flight = out / "flight", run = out / "run", report = out / "report.html";
   Step({"simulate", "--flight", arguments.flight, "--out", flight, "--frames",
         std::to_string(arguments.frames)});
-  Step({"run", flight, "--out", run});
+  Step(RunWords(flight, run, arguments.networks));
   Step({"eval", flight, run + "/trajectory.txt"});
   Step({"report", run, "--truth", flight, "--html", report});
   std::cout << "\nThe report: " << std::filesystem::absolute(report).string() << "\n";
@@ -46,6 +60,8 @@ void AddDemoCommand(CLI::App& app) {
   command->add_option("--flight", arguments->flight, "As of simulate")->capture_default_str();
   command->add_option("--frames", arguments->frames, "Render at most this many; -1: all")
       ->capture_default_str();
+  AddFeaturesArguments(*command, arguments->networks);
+  AddPrecisionArgument(*command, arguments->networks);
   command->footer("Example:\n  deepuav demo --flight river --out out/river");
   command->callback([arguments] { Demo(*arguments); });
 }

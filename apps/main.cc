@@ -38,7 +38,10 @@ int RunProgram(std::vector<std::string> words) {
   AddReportCommand(app);
   AddSimulateCommand(app);
   AddMapCommand(app);
+  AddMatchCommand(app);
   AddTrainVocabCommand(app);
+  AddModelsCommand(app);
+  AddBenchCommand(app);
   try {
     std::reverse(words.begin(), words.end());  // as the parser wants them
     app.parse(std::move(words));

@@ -20,8 +20,8 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> files;
-  std::string out, config, log_level = "info";
-  std::vector<std::string> assignments;
+  std::string out, log_level = "info";
+  OptionArguments options;
 };
 
 void CheckSameCamera(const std::string& file, const Camera& camera, const Camera& expected) {
@@ -58,7 +58,9 @@ void Merge(const MergeArguments& arguments) {
   LogToStderr(arguments.log_level);
   RunOptions options;
   OptionRegistry registry;
-  ReadOptions(arguments.config, arguments.assignments, &options, &registry);
+  ReadOptions(arguments.options, &options, &registry);
+  if (!options.places.vocabulary.empty()) ShippedModels().Check(options.places.vocabulary);
+  if (NeedsSuperGlue(options)) ShippedModels().Check(options.superglue.model);
   const Vocabulary vocabulary = Vocabulary::Load(options.places.vocabulary);
   std::vector<MapId> newer;
   LoadedAtlas all = LoadAll(arguments.files, &newer);
@@ -85,9 +87,8 @@ void AddMergeCommand(CLI::App& app) {
       ->required()
       ->expected(kFewest, -1);
   command->add_option("--out", arguments->out, "File for all maps")->required();
-  command->add_option("--config", arguments->config, "YAML file of options, as of run");
-  command->add_option("--set", arguments->assignments, "One option as name=value; may be repeated")
-      ->allow_extra_args(false);
+  AddOptionArguments(*command, arguments->options);
+  AddPrecisionArgument(*command, arguments->options);
   command->add_option("--log-level", arguments->log_level, "What is logged to stderr")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();

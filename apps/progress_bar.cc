@@ -25,8 +25,8 @@ size_t TerminalColumns() {
 
 }  // namespace
 
-ProgressBar::ProgressBar(int total)
-    : total_(std::max(total, 1)), terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressBar::ProgressBar(int total, std::string what)
+    : total_(std::max(total, 1)), what_(std::move(what)), terminal_(isatty(STDERR_FILENO) != 0) {
   // A line of the log takes the place of the bar, which is drawn again below it.
   if (terminal_) Log().set_pattern(fmt::format("{}%^%l%$: %v", kClearLine));
 }
@@ -40,8 +40,8 @@ void ProgressBar::Advance(int done, const std::string& status) {
   since_drawn_.Restart();
   const int filled = std::min(kBarWidth, kBarWidth * done / total_);
   std::string line =
-      fmt::format("[{:#<{}}{:.<{}}] {}/{}  {:.1f} frames/s  {}", "", filled, "", kBarWidth - filled,
-                  done, total_, done / std::max(running_.Seconds(), 1e-3), status);
+      fmt::format("[{:#<{}}{:.<{}}] {}/{}  {:.1f} {}/s  {}", "", filled, "", kBarWidth - filled,
+                  done, total_, done / std::max(running_.Seconds(), 1e-3), what_, status);
   line.resize(std::min(line.size(), TerminalColumns() - 1));  // a wrapped line cannot be redrawn
   std::cerr << kClearLine << line << std::flush;
 }

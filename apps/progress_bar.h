@@ -9,7 +9,8 @@ namespace deepuav {
 /// One line on stderr that tells how far a run is; silent where stderr is no terminal.
 class ProgressBar {
  public:
-  explicit ProgressBar(int total);
+  /// `what` is counted, in the plural.
+  explicit ProgressBar(int total, std::string what = "frames");
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -19,6 +20,7 @@ class ProgressBar {
 
  private:
   const int total_;
+  const std::string what_;
   const bool terminal_;
   Stopwatch running_, since_drawn_;
 };

@@ -30,9 +30,9 @@ void RememberSignal(int signal) {
 
 /// What the command line says.
 struct RunArguments {
-  std::string dataset, out, config, camera, map, schedule = "threaded", log_level = "info";
+  std::string dataset, out, camera, map, schedule = "threaded", log_level = "info";
   bool localise_only = false;
-  std::vector<std::string> assignments;
+  OptionArguments options;
   FrameRange range;
 };
 
@@ -79,7 +79,7 @@ void Run(const RunArguments& arguments) {
   LogToStderr(arguments.log_level);
   RunOptions options;
   OptionRegistry registry;
-  ReadOptions(arguments.config, arguments.assignments, &options, &registry);
+  ReadOptions(arguments.options, &options, &registry);
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
@@ -107,6 +107,7 @@ void Run(const RunArguments& arguments) {
                  eyes.extractor().Description(),
                  eyes.matcher().Description(),
                  eyes.VocabularyDescription(),
+                 eyes.models(),
                  images.count(),
                  0,
                  0,
@@ -141,9 +142,9 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
   constexpr int kMaxFrame = std::numeric_limits<int>::max();
   command.add_option("DATASET", arguments.dataset, "Folder or video file")->required();
   command.add_option("--out", arguments.out, "Folder for the results, made if absent")->required();
-  command.add_option("--config", arguments.config, "YAML file of options");
-  command.add_option("--set", arguments.assignments, "One option as name=value; may be repeated")
-      ->allow_extra_args(false);
+  AddOptionArguments(command, arguments.options);
+  AddFeaturesArguments(command, arguments.options);
+  AddPrecisionArgument(command, arguments.options);
   command.add_option("--camera", arguments.camera,
                      "Calibration (camera.yaml) that overrides the dataset's");
   command.add_option("--map", arguments.map,

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/options_file.h"
 
 namespace deepuav {
 namespace {
@@ -16,10 +15,16 @@ std::string DefaultCacheFolder() {
   return "";
 }
 
+bool NeedsVocabulary(const RunOptions& options) {
+  return !options.places.vocabulary.empty() && options.system.looping.enabled;
+}
+
 }  // namespace
 
+bool NeedsSuperGlue(const RunOptions& options) { return options.matcher.method == "superglue"; }
+
 std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera) {
-  if (options.matcher.method == "superglue") {
+  if (NeedsSuperGlue(options)) {
     return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue,
                                               options.inference);
   }
@@ -36,7 +41,7 @@ void RunOptions::Check() const {
   features.Check();
   inference.Check();
   matcher.Check();
-  if (matcher.method == "superglue") {
+  if (NeedsSuperGlue(*this)) {
     superglue.Check();
   } else {
     matching.Check();
@@ -45,6 +50,7 @@ void RunOptions::Check() const {
 }
 
 void RunOptions::Register(OptionRegistry* registry) {
+  registry->Add("features", &network);
   registry->Add("features", &features);
   registry->Add("inference", &inference);
   registry->Add("matching", &matcher);
@@ -54,17 +60,34 @@ void RunOptions::Register(OptionRegistry* registry) {
   RegisterOptions(&system, registry);
 }
 
-void ReadOptions(const std::string& config_file, const std::vector<std::string>& assignments,
-                 RunOptions* options, OptionRegistry* registry) try {
-  options->Register(registry);
-  registry->Set("features.model", DEEPUAV_MODELS "/superpoint_small.onnx");
-  registry->Set("places.vocabulary", DEEPUAV_MODELS "/vocabulary.bin");
-  registry->Set("inference.cache_dir", DefaultCacheFolder());
-  if (!config_file.empty()) LoadOptionsFile(config_file, registry);
-  for (const std::string& assignment : assignments) registry->SetAssignment(assignment);
-  options->Check();
-} catch (const Error& error) {
-  throw CLI::ValidationError(error.what());
+void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry) {
+  const ModelRegistry& models = ShippedModels();
+  try {
+    options->Register(registry);
+    if (const ShippedModel* vocabulary = models.Vocabulary())
+      registry->Set("places.vocabulary", vocabulary->file.string());
+    registry->Set("inference.cache_dir", DefaultCacheFolder());
+    SetOptions(arguments, registry);
+    options->inference.Check();
+    options->features.model = NetworkFile(options->features.model, "superpoint",
+                                          options->network.size, options->inference);
+    if (NeedsSuperGlue(*options) && models.HasKind("superglue")) {
+      options->superglue.model =
+          NetworkFile(options->superglue.model, "superglue", "", options->inference);
+    }
+    options->Check();
+  } catch (const Error& error) {
+    throw CLI::ValidationError(error.what());
+  }
+}
+
+std::vector<UsedModel> CheckModels(const RunOptions& options) {
+  const ModelRegistry& models = ShippedModels();
+  std::vector<UsedModel> used = {{"features", models.Check(options.features.model)}};
+  if (NeedsSuperGlue(options)) used.push_back({"matcher", models.Check(options.superglue.model)});
+  if (NeedsVocabulary(options))
+    used.push_back({"vocabulary", models.Check(options.places.vocabulary)});
+  return used;
 }
 
 std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
@@ -74,10 +97,11 @@ std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry) {
 }
 
 Eyes::Eyes(const Camera& camera, const RunOptions& options)
-    : extractor_(camera, options.features, options.inference),
+    : models_(CheckModels(options)),
+      extractor_(camera, options.features, options.inference),
       matcher_(MakeMatcher(options, camera)),
       vocabulary_file_(options.places.vocabulary) {
-  if (vocabulary_file_.empty() || !options.system.looping.enabled) return;
+  if (!NeedsVocabulary(options)) return;
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
   if (options.places.headings) {
     turned_.emplace(camera.width, camera.height, options.features.model, options.inference);

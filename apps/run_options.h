@@ -13,6 +13,8 @@
 #include "deepuav/matching/superglue.h"
 #include "deepuav/place/vocabulary.h"
 #include "deepuav/system/slam.h"
+#include "option_arguments.h"
+#include "shipped_models.h"
 
 namespace deepuav {
 
@@ -43,6 +45,7 @@ struct PlaceOptions {
 
 /// All options of a run.
 struct RunOptions {
+  NetworkSize network;
   SuperPointOptions features;
   InferenceOptions inference;
   MatcherChoice matcher;
@@ -55,28 +58,34 @@ struct RunOptions {
   void Register(OptionRegistry* registry);
 };
 
-/// Defaults, then the file (if any), then the assignments. Throws CLI's error of wrong use for
-/// options that are unknown or impossible.
-void ReadOptions(const std::string& config_file, const std::vector<std::string>& assignments,
-                 RunOptions* options, OptionRegistry* registry);
+/// Defaults, then what the arguments say; where these name no file, the shipped ones. Throws CLI's
+/// error of wrong use for options that are unknown or impossible.
+void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry);
+
+bool NeedsSuperGlue(const RunOptions& options);
 
 std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry);
 
+/// The networks and the vocabulary that a run with the options loads. Throws Error for one that is
+/// missing or not as shipped.
+std::vector<UsedModel> CheckModels(const RunOptions& options);
 std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera);
 
 /// The networks and the vocabulary that a run sees with.
 class Eyes {
  public:
-  /// Throws Error for files that are missing or do not fit one another.
+  /// Throws Error for files that are missing, not as shipped, or do not fit one another.
   Eyes(const Camera& camera, const RunOptions& options);
 
   Perception perception();
   const SuperPoint& extractor() const { return extractor_; }
   const Matcher& matcher() const { return *matcher_; }
+  const std::vector<UsedModel>& models() const { return models_; }
   /// Names the vocabulary for summaries; empty where there is none.
   std::string VocabularyDescription() const;
 
  private:
+  std::vector<UsedModel> models_;
   SuperPoint extractor_;
   std::unique_ptr<Matcher> matcher_;
   std::string vocabulary_file_;

@@ -85,6 +85,16 @@ double PeakResidentMb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+Json ModelTable(const std::vector<UsedModel>& models) {
+  Json table = Json::array();
+  for (const auto& [use, model] : models) {
+    Json row = {{"use", use}, {"file", model.file.string()}, {"sha256", model.sha256}};
+    row["shipped_as"] = model.name.empty() ? Json() : Json(model.name);
+    table.push_back(std::move(row));
+  }
+  return table;
+}
+
 int CountTrackedOnline(const SlamResult& result) {
   return static_cast<int>(std::count_if(
       result.frames.begin(), result.frames.end(),
@@ -121,6 +131,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
           {"features", facts.features},
           {"matcher", facts.matcher},
           {"vocabulary", facts.vocabulary},
+          {"models", ModelTable(facts.models)},
           {"relocalisations", result.relocalisations},
           {"closed_loops", result.closed_loops},
           {"merged_maps", result.merged_maps},

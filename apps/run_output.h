@@ -3,15 +3,18 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/system/slam.h"
+#include "shipped_models.h"
 
 namespace deepuav {
 
 /// What a run's summary tells besides its result.
 struct RunFacts {
   std::string dataset_path, dataset_kind, schedule, features, matcher, vocabulary;
+  std::vector<UsedModel> models;
   int images = 0;      ///< Asked for.
   int unreadable = 0;  ///< Left out because they could not be read.
   double wall_s = 0;

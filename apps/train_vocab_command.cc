@@ -3,17 +3,17 @@
 #include <iostream>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <span>
 
+#include "any_size_extractor.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/features/superpoint.h"
 #include "deepuav/io/atomic_file.h"
-#include "deepuav/io/options_file.h"
 #include "deepuav/place/vocabulary_training.h"
+#include "option_arguments.h"
 #include "progress_bar.h"
+#include "shipped_models.h"
 #include "training_images.h"
 
 namespace deepuav {
@@ -21,13 +21,15 @@ namespace {
 
 struct TrainVocabArguments {
   std::filesystem::path images, out;
-  std::string config, log_level = "info";
-  std::vector<std::string> assignments, excluded;
+  std::string log_level = "info";
+  OptionArguments options;
+  std::vector<std::string> excluded;
   int max_images = 1000;
   int max_side_px = 640;
 };
 
 struct TrainVocabOptions {
+  NetworkSize network;
   SuperPointOptions features;
   InferenceOptions inference;
   VocabularyOptions vocabulary;
@@ -40,50 +42,25 @@ struct TrainVocabOptions {
 };
 
 /// Options that are unknown or impossible are wrong use.
-TrainVocabOptions ReadOptions(const TrainVocabArguments& arguments) try {
-  TrainVocabOptions options;
-  options.features.model = DEEPUAV_MODELS "/superpoint_small.onnx";
-  OptionRegistry registry;
-  registry.Add("features", &options.features);
-  registry.Add("inference", &options.inference);
-  registry.Add("vocabulary", &options.vocabulary);
-  if (!arguments.config.empty()) LoadOptionsFile(arguments.config, &registry);
-  for (const std::string& assignment : arguments.assignments) registry.SetAssignment(assignment);
-  options.Check();
-  return options;
-} catch (const Error& error) {
-  throw CLI::ValidationError(error.what());
-}
-
-/// An image without a calibration: key points stay where they are.
-Camera CameraOfSize(int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  const double focal_px = std::max(width, height);
-  camera.pinhole = {focal_px, focal_px, 0.5 * (width - 1), 0.5 * (height - 1)};
-  return camera;
-}
-
-/// Describes images of any size; those of one size after the other spare the making of networks.
-class AnySizeExtractor {
- public:
-  explicit AnySizeExtractor(const TrainVocabOptions& options) : options_(options) {}
-
-  Descriptors Describe(const GreyImage& image) {
-    if (!extractor_ || image.size() != size_) {
-      extractor_.emplace(CameraOfSize(image.cols, image.rows), options_.features,
-                         options_.inference);
-      size_ = image.size();
-    }
-    return extractor_->Extract(image).descriptors;
+TrainVocabOptions ReadOptions(const OptionArguments& arguments) {
+  ShippedModels();  // unreadable, they are no wrong use
+  try {
+    TrainVocabOptions options;
+    OptionRegistry registry;
+    registry.Add("features", &options.network);
+    registry.Add("features", &options.features);
+    registry.Add("inference", &options.inference);
+    registry.Add("vocabulary", &options.vocabulary);
+    SetOptions(arguments, &registry);
+    options.inference.Check();
+    options.features.model =
+        NetworkFile(options.features.model, "superpoint", options.network.size, options.inference);
+    options.Check();
+    return options;
+  } catch (const Error& error) {
+    throw CLI::ValidationError(error.what());
   }
-
- private:
-  const TrainVocabOptions& options_;
-  std::optional<SuperPoint> extractor_;
-  cv::Size size_;
-};
+}
 
 struct LoadedImage {
   std::filesystem::path file;
@@ -96,7 +73,7 @@ std::vector<LoadedImage> LoadImages(const std::vector<std::filesystem::path>& fi
   std::vector<LoadedImage> images;
   for (const std::filesystem::path& file : files) {
     try {
-      images.push_back({file, LoadReduced(file, max_side_px)});
+      images.push_back({file, LoadReduced(file, max_side_px).image});
     } catch (const Error& error) {
       Log().warn("left out: {}", error.what());
     }
@@ -109,11 +86,11 @@ std::vector<LoadedImage> LoadImages(const std::vector<std::filesystem::path>& fi
 
 std::vector<Descriptors> DescribeAll(const std::vector<LoadedImage>& images,
                                      const TrainVocabOptions& options) {
-  AnySizeExtractor extractor(options);
-  ProgressBar bar(static_cast<int>(images.size()));
+  AnySizeExtractor extractor(options.features, options.inference);
+  ProgressBar bar(static_cast<int>(images.size()), "images");
   std::vector<Descriptors> descriptors;
   for (const LoadedImage& loaded : images) {
-    descriptors.push_back(extractor.Describe(loaded.image));
+    descriptors.push_back(extractor.Extract(loaded.image).descriptors);
     bar.Advance(static_cast<int>(descriptors.size()), "describing");
   }
   return descriptors;
@@ -137,10 +114,11 @@ void Report(const Vocabulary& vocabulary, std::span<const Descriptors> images, s
 
 void TrainVocab(const TrainVocabArguments& arguments) {
   LogToStderr(arguments.log_level);
-  const TrainVocabOptions options = ReadOptions(arguments);
+  const TrainVocabOptions options = ReadOptions(arguments.options);
   const ImagesBySource sources = FindImages(arguments.images, arguments.excluded);
   // Before the work, not after it, it shows that the file cannot be written.
   { const AtomicFile probe(arguments.out); }
+  ShippedModels().Check(options.features.model);
   const std::vector<Descriptors> images = DescribeAll(
       LoadImages(SampleEvenly(sources, arguments.max_images), arguments.max_side_px), options);
   const Vocabulary vocabulary = TrainVocabulary(images, options.vocabulary);
@@ -169,11 +147,9 @@ void AddArguments(CLI::App& command, TrainVocabArguments& arguments) {
                   "Larger images are reduced to this length of the longer side, px")
       ->check(CLI::Range(1, kMaxCount).description(""))
       ->capture_default_str();
-  command.add_option("--config", arguments.config, "YAML file of options");
-  command
-      .add_option("--set", arguments.assignments,
-                  "One option as name=value (features., inference., vocabulary.); may be repeated")
-      ->allow_extra_args(false);
+  AddOptionArguments(command, arguments.options);
+  AddFeaturesArguments(command, arguments.options);
+  AddPrecisionArgument(command, arguments.options);
   command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "deepuav/base/error.h"
@@ -123,20 +121,6 @@ std::vector<fs::path> SampleEvenly(const ImagesBySource& images, int max_images)
     ++count;
   }
   return sample;
-}
-
-GreyImage LoadReduced(const fs::path& file, int max_side_px) {
-  const GreyImage image = LoadGrey(file);
-  const int side = std::max(image.cols, image.rows);
-  if (side <= max_side_px) return image;
-  const double factor = static_cast<double>(max_side_px) / side;
-  const auto reduced = [factor](int length) {
-    return std::max(1, static_cast<int>(std::lround(factor * length)));
-  };
-  GreyImage small;
-  cv::resize(image, small, cv::Size(reduced(image.cols), reduced(image.rows)), 0, 0,
-             cv::INTER_AREA);
-  return small;
 }
 
 }  // namespace deepuav

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/image/image.h"
-
 namespace deepuav {
 
 /// Image files by the source that they come from, in order of their names.
@@ -21,8 +19,5 @@ ImagesBySource FindImages(const std::filesystem::path& folder,
 
 /// At most `max_images`, as evenly from the sources as these allow, and evenly within each.
 std::vector<std::filesystem::path> SampleEvenly(const ImagesBySource& images, int max_images);
-
-/// An image as grey, reduced to `max_side_px` along its longer side where it is larger.
-GreyImage LoadReduced(const std::filesystem::path& file, int max_side_px);
 
 }  // namespace deepuav

@@ -166,7 +166,8 @@ class Usage(CommandTest):
                                    (["features.keypoints", model], ["name=value"]),
                                    (["inference.precision=fp12", model], ["inference.precision", "bf16"]),
                                    (["matching.method=magic", model], ["matching.method", "superglue"]),
-                                   (["matching.method=superglue", model], ["superglue.model"]), (["features.model="], ["features.model"])):
+                                   (["matching.method=superglue", model], ["superglue.model"]),
+                                   (["features.size=huge"], ["'huge'", "small"])):
             with self.subTest(assignments=assignments):
                 sets = [word for assignment in assignments for word in ("--set", assignment)]
                 self.expect_failure(call("run", "nowhere", "--out", self.out, *sets), *parts, status=WRONG_USE)

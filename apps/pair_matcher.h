@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <vector>
+
+#include "any_size_extractor.h"
+#include "deepuav/matching/matcher.h"
+#include "run_options.h"
+
+namespace deepuav {
+
+/// The same point in two images, in pixels of these as they are stored.
+struct PixelMatch {
+  Eigen::Vector2d a_px, b_px;
+  float score = 0;  ///< As of the matcher, at most 1.
+};
+
+/// Matches images of any size by the options of a run. Images that come again soon are not seen
+/// twice by the network.
+class PairMatcher {
+ public:
+  /// Images are reduced to `max_side_px` along their longer side. With `headings` the first image
+  /// is tried upright and turned by 90, 180 and 270 degrees, and the heading with the largest sum
+  /// of scores is taken. Throws Error for a model that is missing, damaged or does not fit.
+  PairMatcher(const RunOptions& options, int max_side_px, bool headings);
+  ~PairMatcher();
+
+  /// By falling score. Throws Error naming an image that cannot be read.
+  std::vector<PixelMatch> MatchImages(const std::filesystem::path& a,
+                                      const std::filesystem::path& b);
+
+ private:
+  struct SeenImage;
+
+  std::shared_ptr<const SeenImage> See(const std::filesystem::path& file);
+  std::vector<Match> MatchHeading(const SeenImage& a, const SeenImage& b, int quarter_turns);
+
+  const int max_side_px_;
+  const bool headings_;
+  AnySizeExtractor extractor_;
+  std::unique_ptr<Matcher> matcher_;
+  SuperGlueMatcher* superglue_ = nullptr;             ///< The matcher, where it is one.
+  std::list<std::shared_ptr<const SeenImage>> seen_;  ///< The last used first.
+};
+
+/// "x0 y0 x1 y1 score" a line.
+std::string MatchesText(const std::vector<PixelMatch>& matches);
+
+}  // namespace deepuav
