@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "option_arguments.h"
+#include "run_options.h"
 
 namespace deepuav {
 namespace {
@@ -39,7 +40,16 @@ std::vector<std::string> RunWords(const std::string& flight, const std::string& 
   return words;
 }
 
+/// Before the rendering, not after it, it shows that there is no such network.
+void CheckNetworks(const OptionArguments& networks) {
+  RunOptions options;
+  OptionRegistry registry;
+  ReadOptions(networks, &options, &registry);
+  CheckModels(options);
+}
+
 void Demo(const DemoArguments& arguments) {
+  CheckNetworks(arguments.networks);
   const std::filesystem::path out = arguments.out;
   const std::string flight = out / "flight", run = out / "run", report = out / "report.html";
   Step({"simulate", "--flight", arguments.flight, "--out", flight, "--frames",

@@ -221,6 +221,12 @@ class Choice(ModelTest):
         self.refuse(["--features", "small", "--set", "features.model=x"], "--features small", "features.model=x")
         self.refuse(["--model", "y", "--set", "features.size=small"], "--model y", "features.size=small")
 
+    def test_demo_refuses_before_it_renders(self):
+        out = self.folder / "demo"
+        self.expect_failure(call("demo", "--out", out, "--features", "huge"), "'huge'", status=WRONG_USE)
+        self.expect_failure(call("demo", "--out", out, "--model", "absent.onnx"), "absent.onnx", "no such file")
+        self.assertFalse(out.exists())
+
     def test_precision_that_is_not_shipped(self):
         models = self.copy_of_models()
         registry = (models / "models.yaml").read_text()
