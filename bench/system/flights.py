@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the suite of flights, runs the program over them, and prints and stores what came out.
 
-  bench/system/flights.py [--only NAME ...] [--seeds N] [--frames N] [--set name=value ...]
+  bench/system/flights.py [--only NAME ...] [--seeds N] [--rate HZ] [--frames N] [--set name=value ...]
 
 Each flight of flights/ is rendered once a seed into a cache (.cache/flights), where it stays for the next time. For each
 flight: absolute trajectory error (Sim3) over the frames located in the largest map, share of frames located in it, maps,
@@ -33,9 +33,12 @@ def render(name, seed, arguments):
     changed since gets a folder of its own."""
     description = (ROOT / "flights" / f"{name}.yaml").read_bytes()
     folder = arguments.cache / f"{name}-{seed}-{hashlib.sha256(description).hexdigest()[:8]}"
+    command = [DEEPUAV, "simulate", "--flight", name, "--seed", str(seed), "--out", folder,
+               "--frames", str(arguments.frames), "--log-level", "warn"]
+    if arguments.rate:
+        command += ["--set", f"camera.rate_hz={arguments.rate}"]
     start = time.monotonic()
-    subprocess.run([DEEPUAV, "simulate", "--flight", name, "--seed", str(seed), "--out", folder,
-                    "--frames", str(arguments.frames), "--log-level", "warn"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder, time.monotonic() - start
 
 
@@ -89,13 +92,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="*", default=flight_names(), help="names of flights")
     parser.add_argument("--seeds", type=int, default=3, help="seeds 1 to this")
+    parser.add_argument("--rate", type=float, help="pictures a second, instead of each flight's own")
     parser.add_argument("--frames", type=int, default=-1, help="render and run at most this many; -1: all")
     parser.add_argument("--set", nargs="*", default=[], help="options of the run, name=value")
     parser.add_argument("--cache", type=Path, default=ROOT / ".cache/flights")
     parser.add_argument("--out", type=Path, default=ROOT / "out/flights")
     parser.add_argument("--render-only", action="store_true", help="fill the cache and stop")
     arguments = parser.parse_args()
-    if arguments.frames >= 0:  # a shortened flight must not take the place of a whole one
+    # Flights with fewer pictures must not take the place of whole ones.
+    if arguments.rate:
+        arguments.cache = arguments.cache / f"{arguments.rate:g}-hz"
+    if arguments.frames >= 0:
         arguments.cache = arguments.cache / f"first-{arguments.frames}"
     arguments.out.mkdir(parents=True, exist_ok=True)
 
