@@ -9,38 +9,16 @@ names --keep-float describes stay as they are. What it costs, `evaluate` and `ev
 
 import argparse
 import copy
-from dataclasses import replace
 from pathlib import Path
 
 import nncf
 import numpy as np
 import onnx
 
+from deepuav_training.calibration import calibration_images
 from deepuav_training.config import load_config
-from deepuav_training.data.homography import warp_image
-from deepuav_training.data.photometric import PhotometricConfig, degrade
-from deepuav_training.data.views import load_grey
 from deepuav_training.errors import TrainingError
-from deepuav_training.label import LabelConfig, training_views
-
-_SEED = 23
-
-
-def calibration_images(labels: LabelConfig, count: int, width: int, height: int
-                       ) -> list[np.ndarray]:
-    """Views of training photographs as (1, 1, H, W) in 0..1, evenly over the sources.
-
-    They are degraded as in training: a network meets dark and noisy images too.
-    """
-    size = replace(labels.views, count=count, width=width, height=height)
-    views = training_views(replace(labels, views=size))
-    images = []
-    for view in views:
-        photo = load_grey(Path(labels.images) / view.photograph.file)
-        image, _ = warp_image(photo, view.view_from_photo, width, height)
-        degraded = degrade(image, np.random.default_rng([_SEED, view.index]), PhotometricConfig())
-        images.append(degraded[None, None].astype(np.float32) / 255)
-    return images
+from deepuav_training.label import LabelConfig
 
 
 def quantise(model: onnx.ModelProto, images: list[np.ndarray], keep_float: list[str]
