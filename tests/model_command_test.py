@@ -230,7 +230,7 @@ class Choice(ModelTest):
     def test_precision_that_is_not_shipped(self):
         models = self.copy_of_models()
         registry = (models / "models.yaml").read_text()
-        (models / "models.yaml").write_text(re.sub(r"(?ms)^\w+:\n(?:  (?!precision: int8).*\n)*  precision: int8\n"
+        (models / "models.yaml").write_text(re.sub(r"(?m)^\w+:\n(?:  (?!precision: int8).*\n)*  precision: int8\n"
                                                    r"(?:  .*\n)*", "", registry))
         self.refuse(["--precision", "int8"], "no superpoint of size 'small' is shipped for the precision int8",
                     "small (fp32)", models=models)
