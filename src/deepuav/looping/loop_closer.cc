@@ -10,6 +10,13 @@
 namespace deepuav {
 namespace {
 
+RelocaliserOptions ForVerifying(const LoopingOptions& options) {
+  RelocaliserOptions relocaliser = options.relocaliser;
+  int& samples = relocaliser.absolute_pose.max_iterations;
+  samples = std::min(samples, options.verifier.max_samples);
+  return relocaliser;
+}
+
 std::vector<LoopTie> TiesOf(const std::vector<LoopFinding>& findings) {
   std::vector<LoopTie> ties;
   for (const LoopFinding& finding : findings) ties.push_back(finding.tie);
@@ -59,7 +66,7 @@ LoopCloser::LoopCloser(const Camera& camera, const LoopingOptions& options,
       options_(options),
       stages_(stages),
       recogniser_(vocabulary, options.recogniser),
-      relocaliser_(camera, options.relocaliser, locator, matcher, nullptr),
+      relocaliser_(camera, ForVerifying(options), locator, matcher, nullptr),
       verifier_(camera.pinhole, options.verifier, &relocaliser_) {
   options_.Check();
 }

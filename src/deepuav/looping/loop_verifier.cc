@@ -29,6 +29,7 @@ void VerifierOptions::Check() const {
               max_known_ratio, "0 to 1");
   CheckOption(min_pair_ratio >= 0 && min_pair_ratio <= 1, "looping.verifier.min_pair_ratio",
               min_pair_ratio, "0 to 1");
+  CheckOption(max_samples >= 1, "looping.verifier.max_samples", max_samples, "at least 1");
   place.Check();
   sim3.Check();
 }

@@ -16,6 +16,8 @@ struct VerifierOptions {
   int min_pairs = 15;  ///< Landmarks of the keyframe and of the place that prove to be the same.
   double min_pair_ratio = 0.4;   ///< Of those seen twice.
   double max_known_ratio = 0.3;  ///< Of the place's landmarks seen, those that the keyframe has.
+  int max_samples = 500;  ///< Of the RANSAC for the keyframe's pose. Fewer than for a lost frame: a
+                          ///< loop missed by one keyframe is found by the next.
   LocalMapOptions place;
   Sim3OptimisationOptions sim3;
 
@@ -27,6 +29,7 @@ struct VerifierOptions {
     visit("max_known_ratio", max_known_ratio, "",
           "of the place's landmarks seen, those that the keyframe has: more is no loop");
     visit("min_pair_ratio", min_pair_ratio, "", "of the landmarks seen twice, those that agree");
+    visit("max_samples", max_samples, "", "of the RANSAC for the keyframe's pose");
   }
 };
 
