@@ -21,11 +21,18 @@ Camera CameraOfSize(const cv::Size& size) {
 
 }  // namespace
 
+Eigen::Array2d ReducedImage::OriginalOverReduced() const {
+  return {static_cast<double>(original_size.width) / image.cols,
+          static_cast<double>(original_size.height) / image.rows};
+}
+
+// Resizing keeps the edges of an image, which lie half a pixel outside the outermost centres.
 Eigen::Vector2d ReducedImage::ToOriginal(const Eigen::Vector2f& px) const {
-  // Resizing keeps the edges of an image, which lie half a pixel outside the outermost centres.
-  const Eigen::Vector2d factor(static_cast<double>(original_size.width) / image.cols,
-                               static_cast<double>(original_size.height) / image.rows);
-  return ((px.cast<double>().array() + 0.5) * factor.array() - 0.5).matrix();
+  return (px.cast<double>().array() + 0.5) * OriginalOverReduced() - 0.5;
+}
+
+Eigen::Vector2d ReducedImage::FromOriginal(const Eigen::Vector2d& px) const {
+  return (px.array() + 0.5) / OriginalOverReduced() - 0.5;
 }
 
 ReducedImage LoadReduced(const std::filesystem::path& file, int max_side_px) {

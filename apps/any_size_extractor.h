@@ -17,6 +17,11 @@ struct ReducedImage {
 
   /// The place in the original of a pixel of `image`.
   Eigen::Vector2d ToOriginal(const Eigen::Vector2f& px) const;
+  /// The inverse of ToOriginal.
+  Eigen::Vector2d FromOriginal(const Eigen::Vector2d& px) const;
+
+ private:
+  Eigen::Array2d OriginalOverReduced() const;
 };
 
 /// As grey, reduced to `max_side_px` along its longer side where it is larger. Throws Error naming

@@ -89,9 +89,7 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("--out", arguments->out, "File for all maps")->required();
   AddOptionArguments(*command, arguments->options);
   AddPrecisionArgument(*command, arguments->options);
-  command->add_option("--log-level", arguments->log_level, "What is logged to stderr")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddLogLevelArgument(*command, arguments->log_level);
   command->footer(
       "Maps that show a common place become one; the others stay beside one another in the file.\n"
       "Example:\n  deepuav map merge monday/map.deepuav tuesday/map.deepuav --out both.deepuav");

@@ -161,9 +161,7 @@ void AddArguments(CLI::App& command, MatchArguments& arguments) {
   AddOptionArguments(command, arguments.options);
   AddFeaturesArguments(command, arguments.options);
   AddPrecisionArgument(command, arguments.options);
-  command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddLogLevelArgument(command, arguments.log_level);
 }
 
 }  // namespace

@@ -15,17 +15,10 @@ namespace {
 constexpr int kShift = 4;  // fractional bits of the coordinates that OpenCV draws at
 constexpr int kPointRadius = 2;
 
-/// Where the pixel of the original lies in the reduced image; the inverse of ToOriginal.
-cv::Point2d InReduced(const ReducedImage& reduced, const Eigen::Vector2d& px) {
-  const double x_factor = static_cast<double>(reduced.image.cols) / reduced.original_size.width;
-  const double y_factor = static_cast<double>(reduced.image.rows) / reduced.original_size.height;
-  return {(px.x() + 0.5) * x_factor - 0.5, (px.y() + 0.5) * y_factor - 0.5};
-}
-
-cv::Point Fixed(const cv::Point2d& point) {
+cv::Point Fixed(const Eigen::Vector2d& px) {
   constexpr double kOne = 1 << kShift;
-  return {static_cast<int>(std::lround(point.x * kOne)),
-          static_cast<int>(std::lround(point.y * kOne))};
+  return {static_cast<int>(std::lround(px.x() * kOne)),
+          static_cast<int>(std::lround(px.y() * kOne))};
 }
 
 /// From red over yellow to green.
@@ -48,11 +41,11 @@ void WriteMatchPicture(const std::filesystem::path& file, const std::filesystem:
   cv::Mat3b right = picture(cv::Rect({a.image.cols, 0}, b.image.size()));
   cv::cvtColor(a.image, left, cv::COLOR_GRAY2BGR);
   cv::cvtColor(b.image, right, cv::COLOR_GRAY2BGR);
-  const cv::Point2d offset(a.image.cols, 0);
+  const Eigen::Vector2d offset(a.image.cols, 0);
   // The best last, on top.
   for (auto match = matches.rbegin(); match != matches.rend(); ++match) {
-    const cv::Point from = Fixed(InReduced(a, match->a_px));
-    const cv::Point to = Fixed(InReduced(b, match->b_px) + offset);
+    const cv::Point from = Fixed(a.FromOriginal(match->a_px));
+    const cv::Point to = Fixed(b.FromOriginal(match->b_px) + offset);
     const cv::Scalar colour = ColourOf(match->score, lowest_score);
     cv::line(picture, from, to, colour, 1, cv::LINE_AA, kShift);
     for (const cv::Point& end : {from, to})

@@ -38,7 +38,7 @@ uintmax_t Bytes(const std::filesystem::path& file) {
 
 std::string OrDash(const std::string& text) { return text.empty() ? "-" : text; }
 
-constexpr char kRow[] = "{:<20} {:<10} {:<6} {:<9} {:<24} {:>6} {:<12} {:<7} {:<11} {}\n";
+constexpr char kRow[] = "{:<22} {:<10} {:<6} {:<9} {:<27} {:>6} {:<12} {:<7} {:<11} {}\n";
 
 std::string TextRow(const ShippedModel& model, ModelState state) {
   return fmt::format(kRow, model.name, model.kind, OrDash(model.size), OrDash(model.precision),

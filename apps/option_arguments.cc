@@ -39,6 +39,12 @@ void AddFeaturesArguments(CLI::App& command, OptionArguments& arguments) {
       ->excludes(features);
 }
 
+void AddLogLevelArgument(CLI::App& command, std::string& level) {
+  command.add_option("--log-level", level, "What is logged to stderr")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+}
+
 void AddPrecisionArgument(CLI::App& command, OptionArguments& arguments) {
   command
       .add_option("--precision", arguments.precision,

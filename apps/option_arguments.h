@@ -22,6 +22,8 @@ struct OptionArguments {
 void AddOptionArguments(CLI::App& command, OptionArguments& arguments);
 /// --features and --model.
 void AddFeaturesArguments(CLI::App& command, OptionArguments& arguments);
+/// --log-level.
+void AddLogLevelArgument(CLI::App& command, std::string& level);
 /// --precision.
 void AddPrecisionArgument(CLI::App& command, OptionArguments& arguments);
 

@@ -167,9 +167,7 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
                   "Order of the work; live keeps the pace of the images")
       ->check(CLI::IsMember({"sequential", "threaded", "live"}))
       ->capture_default_str();
-  command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddLogLevelArgument(command, arguments.log_level);
 }
 
 }  // namespace

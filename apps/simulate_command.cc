@@ -10,6 +10,7 @@
 #include "deepuav/base/time.h"
 #include "deepuav/io/options_file.h"
 #include "interruption.h"
+#include "option_arguments.h"
 #include "progress_bar.h"
 #include "simulated_dataset.h"
 #include "simulation_options.h"
@@ -99,9 +100,7 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
       ->check(CLI::Range(0, 1024).description(""))
       ->capture_default_str();
   command.add_flag("--list", arguments.list, "List the flights and scenes, and do nothing else");
-  command.add_option("--log-level", arguments.log_level, "What is logged to stderr")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddLogLevelArgument(command, arguments.log_level);
 }
 
 }  // namespace

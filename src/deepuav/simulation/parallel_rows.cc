@@ -11,7 +11,6 @@ namespace deepuav {
 
 void ForRowsInParallel(int rows, int threads,
                        const std::function<void(int first, int last)>& work) {
-  constexpr int kBandRows = 8;
   const int bands = (rows + kBandRows - 1) / kBandRows;
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const int count = std::min(threads == 0 ? cores : threads, bands);

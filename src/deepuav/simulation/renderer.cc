@@ -26,6 +26,7 @@ using Eigen::Vector3f;
 // A packet covers a tile of pixels, for rays that are close together meet the same things.
 constexpr int kTileColumns = 4, kTileRows = 2;
 static_assert(kTileColumns * kTileRows == RayPacket::kSize);
+static_assert(kBandRows % kTileRows == 0, "no tile may lie in the bands of two threads");
 constexpr int kLanes = RayPacket::kSize;
 
 template <typename Options>
