@@ -2,72 +2,143 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
+#include <limits>
 
 #include "deepuav/base/options.h"
+#include "deepuav/base/random.h"
+#include "deepuav/estimation/p3p.h"
 #include "deepuav/estimation/reprojection.h"
-#include "deepuav/estimation/usac.h"
 
 namespace deepuav {
 namespace {
 
-constexpr size_t kMinimalObservations = 4;  // P3P and one point more to tell its solutions apart.
+constexpr int kMinimalObservations = 4;  // P3P and one point more to tell its solutions apart.
 constexpr int kSampleSize = 3;
+constexpr int kLocalOptimisations = 5;
+constexpr MotionOnlyOptions kLocalOptimisation{.rounds = 1, .iterations = 3};
 
 bool Finite(const PoseObservation& observation) {
   return observation.landmark_world.allFinite() && observation.px.allFinite();
 }
 
-/// After how many samples a pose with the least number of inliers that counts would have been
-/// found: more of them could only find poses that do not count.
-int UsefulIterations(size_t observations, const AbsolutePoseOptions& options) {
-  const double inlier_share =
-      std::min(1.0, options.min_inliers / static_cast<double>(observations));
-  const double good_sample = std::pow(inlier_share, kSampleSize);
+/// After how many samples a good one, of inliers alone, has come with the options' confidence.
+int NeededSamples(double inlier_share, const AbsolutePoseOptions& options) {
+  const double good_sample = std::pow(std::min(inlier_share, 1.0), kSampleSize);
   if (good_sample == 1) return 1;
   const double needed = std::log(1 - options.confidence) / std::log1p(-good_sample);
-  return std::min(options.max_iterations, static_cast<int>(std::ceil(needed)));
+  return static_cast<int>(std::min<double>(options.max_iterations, std::ceil(needed)));
 }
 
-/// The pose that USAC finds, of normalised image points (depth 1) so that OpenCV needs no camera
-/// matrix.
-std::optional<SE3> RobustP3P(const Pinhole& pinhole,
-                             const std::vector<PoseObservation>& observations, uint64_t seed,
-                             const AbsolutePoseOptions& options) {
-  std::vector<cv::Point3d> landmarks;
-  std::vector<cv::Point2d> rays;
-  landmarks.reserve(observations.size());
-  rays.reserve(observations.size());
-  for (const PoseObservation& observation : observations) {
-    if (!Finite(observation)) continue;
-    const Eigen::Vector3d& p = observation.landmark_world;
-    const Eigen::Vector3d ray = pinhole.Unproject(observation.px);
-    landmarks.emplace_back(p.x(), p.y(), p.z());
-    rays.emplace_back(ray.x(), ray.y());
-  }
-  if (landmarks.size() < kMinimalObservations) return std::nullopt;
-
-  const double threshold = options.max_error_px / std::sqrt(pinhole.fx * pinhole.fy);
-  const cv::UsacParams params = MakeUsacParams(threshold, options.confidence,
-                                               UsefulIterations(landmarks.size(), options), seed);
-  cv::Mat camera = cv::Mat::eye(3, 3, CV_64F), rotation_vector, translation, inliers;
-  try {
-    if (!cv::solvePnPRansac(landmarks, rays, camera, cv::noArray(), rotation_vector, translation,
-                            inliers, params)) {
-      return std::nullopt;
+/// RANSAC with MSAC's cost (Torr and Zisserman 2000), each better pose optimised on its inliers
+/// (Chum et al. 2003).
+class RobustP3P {
+ public:
+  RobustP3P(const Pinhole& pinhole, const std::vector<PoseObservation>& observations,
+            const AbsolutePoseOptions& options)
+      : pinhole_(pinhole), options_(options), bound_(options.max_error_px * options.max_error_px) {
+    for (const PoseObservation& observation : observations) {
+      if (!Finite(observation)) continue;
+      observations_.push_back({observation.landmark_world, observation.px, 1});
+      rays_.push_back(pinhole.Unproject(observation.px).normalized());
     }
-  } catch (const cv::Exception&) {
-    return std::nullopt;  // OpenCV throws where a degenerate sample leaves a solver without a
-                          // model.
   }
-  if (rotation_vector.total() != 3 || translation.total() != 3) return std::nullopt;
-  rotation_vector.convertTo(rotation_vector, CV_64F);
-  translation.convertTo(translation, CV_64F);
-  const Eigen::Vector3d rotation(rotation_vector.ptr<double>());
-  const Eigen::Vector3d offset(translation.ptr<double>());
-  if (!rotation.allFinite() || !offset.allFinite()) return std::nullopt;
-  return SE3(RotationExp(rotation), offset);
-}
+
+  /// Nothing where no sample gave a pose.
+  std::optional<SE3> Search(uint64_t seed) {
+    if (Count() < kMinimalObservations) return std::nullopt;
+    Random random(seed);
+    // More samples than it takes to find a pose with the least number of inliers that counts could
+    // only find poses that do not.
+    int samples = NeededSamples(static_cast<double>(options_.min_inliers) / Count(), options_);
+    for (int i = 0; i < samples; ++i) {
+      if (!TrySample(&random)) continue;
+      const size_t inliers = Inliers(best_).size();
+      samples = std::min(samples, NeededSamples(static_cast<double>(inliers) / Count(), options_));
+    }
+    if (best_cost_ == std::numeric_limits<double>::infinity()) return std::nullopt;
+    return best_;
+  }
+
+ private:
+  int Count() const { return static_cast<int>(observations_.size()); }
+
+  /// Whether a sample's pose, or what optimising made of it, is the best so far.
+  bool TrySample(Random* random) {
+    int chosen[kSampleSize];
+    for (int k = 0; k < kSampleSize; ++k) {
+      do {
+        chosen[k] = random->Index(Count());
+      } while (std::find(chosen, chosen + k, chosen[k]) != chosen + k);
+    }
+    std::array<Eigen::Vector3d, kSampleSize> points_world, rays_cam;
+    for (size_t k = 0; k < kSampleSize; ++k) {
+      points_world[k] = observations_[static_cast<size_t>(chosen[k])].landmark_world;
+      rays_cam[k] = rays_[static_cast<size_t>(chosen[k])];
+    }
+    const P3PSolutions solutions = SolveP3P(points_world, rays_cam);
+    bool better = false;
+    for (int i = 0; i < solutions.count; ++i)
+      better |= TakeIfBetter(solutions.cams_from_world[static_cast<size_t>(i)]);
+    if (better) OptimiseBest();
+    return better;
+  }
+
+  bool TakeIfBetter(const SE3& pose) {
+    const double cost = CostBelow(pose, best_cost_);
+    if (!(cost < best_cost_)) return false;
+    best_ = pose;
+    best_cost_ = cost;
+    return true;
+  }
+
+  /// On the inliers, which become more with a better pose.
+  void OptimiseBest() {
+    MotionOnlyOptions optimisation = kLocalOptimisation;
+    optimisation.chi_square = bound_;
+    for (int i = 0; i < kLocalOptimisations; ++i) {
+      const std::vector<PoseObservation> inliers = Inliers(best_);
+      if (static_cast<int>(inliers.size()) < kMinimalObservations) return;
+      const SE3 pose = OptimizePose(pinhole_, inliers, best_, optimisation).cam_from_world;
+      if (!TakeIfBetter(pose)) return;
+    }
+  }
+
+  double SquaredError(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
+                      const PoseObservation& observation) const {
+    const Eigen::Vector3d point = rotation * observation.landmark_world + translation;
+    if (!InFrontOfCamera(point)) return std::numeric_limits<double>::infinity();
+    return (pinhole_.Project(point) - observation.px).squaredNorm();
+  }
+
+  /// The pose's cost, or something not below `limit` as soon as it is not.
+  double CostBelow(const SE3& pose, double limit) const {
+    const Eigen::Matrix3d rotation = pose.RotationMatrix();
+    double cost = 0;
+    for (const PoseObservation& observation : observations_) {
+      cost += std::min(SquaredError(rotation, pose.translation(), observation), bound_);
+      if (cost >= limit) break;
+    }
+    return cost;
+  }
+
+  std::vector<PoseObservation> Inliers(const SE3& pose) const {
+    const Eigen::Matrix3d rotation = pose.RotationMatrix();
+    std::vector<PoseObservation> inliers;
+    for (const PoseObservation& observation : observations_) {
+      if (SquaredError(rotation, pose.translation(), observation) <= bound_)
+        inliers.push_back(observation);
+    }
+    return inliers;
+  }
+
+  const Pinhole& pinhole_;
+  const AbsolutePoseOptions& options_;
+  const double bound_;  ///< Squared pixels.
+  std::vector<PoseObservation> observations_;
+  std::vector<Eigen::Vector3d> rays_;  ///< Unit length.
+  SE3 best_;
+  double best_cost_ = std::numeric_limits<double>::infinity();
+};
 
 }  // namespace
 
@@ -83,7 +154,7 @@ std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,
                                                  uint64_t seed,
                                                  const AbsolutePoseOptions& options) {
   options.Check();
-  const std::optional<SE3> pose = RobustP3P(pinhole, observations, seed, options);
+  const std::optional<SE3> pose = RobustP3P(pinhole, observations, options).Search(seed);
   if (!pose) return std::nullopt;
 
   AbsolutePose result;

@@ -29,8 +29,8 @@ struct AbsolutePose {
   int inlier_count = 0;
 };
 
-/// The camera pose from 2-D to 3-D matches with outliers (P3P in a locally optimised RANSAC:
-/// OpenCV's USAC, seeded with `seed`). Nothing with fewer than min_inliers inliers in front of the
+/// The camera pose from 2-D to 3-D matches with outliers (P3P in a locally optimised RANSAC, its
+/// samples drawn from `seed`). Nothing with fewer than min_inliers inliers in front of the
 /// camera.
 std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,
                                                  const std::vector<PoseObservation>& observations,

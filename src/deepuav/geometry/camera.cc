@@ -40,8 +40,9 @@ class RadialTangentialLens {
     return jacobian;
   }
 
-  bool IsOneToOneAt(const Eigen::Vector2d& point, double fold_radius) const {
-    return point.squaredNorm() < fold_radius * fold_radius && Jacobian(point).determinant() > 0;
+  bool IsOneToOneAt(const Eigen::Vector2d& point) const {
+    return radial_.IsOneToOneAt(point.norm(), kFoldSearchRadius) &&
+           Jacobian(point).determinant() > 0;
   }
 
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& distorted) const {
@@ -59,17 +60,16 @@ class RadialTangentialLens {
       const Eigen::Vector2d step = Jacobian(point).inverse() * (distorted - Distort(point));
       point += step;
       if (step.squaredNorm() < kStepTolerance * kStepTolerance * (1 + point.squaredNorm())) {
-        if (!IsOneToOneAt(point, fold_radius)) return std::nullopt;
+        if (!IsOneToOneAt(point)) return std::nullopt;
         return point;
       }
     }
     return std::nullopt;
   }
 
+ private:
   // Folds further out than this (89.4 degrees) are as good as none.
   static constexpr double kFoldSearchRadius = 100;
-
- private:
   static constexpr int kMaxIterations = 30;
   static constexpr double kStepTolerance = 1e-13;
   static constexpr double kStartWithin = 1 - 1e-6;  // at the fold itself the Jacobian is singular
@@ -170,15 +170,12 @@ std::optional<Eigen::Vector2d> Camera::Distort(const Eigen::Vector3d& point_cam)
   Eigen::Vector2d distorted = point;
   if (lens == LensModel::kRadialTangential) {
     const RadialTangentialLens model(distortion);
-    if (!model.IsOneToOneAt(
-            point, model.radial().OneToOneRadius(RadialTangentialLens::kFoldSearchRadius))) {
-      return std::nullopt;
-    }
+    if (!model.IsOneToOneAt(point)) return std::nullopt;
     distorted = model.Distort(point);
   } else if (lens == LensModel::kEquidistant) {
     const RadialPolynomial model = EquidistantLens(distortion);
     const double radius = point.norm(), angle = std::atan(radius);
-    if (angle >= model.OneToOneRadius(M_PI / 2)) return std::nullopt;
+    if (!model.IsOneToOneAt(angle, M_PI / 2)) return std::nullopt;
     if (radius > 0) distorted *= model.Distort(angle) / radius;
   }
   return pinhole.Project(distorted.homogeneous());

@@ -60,6 +60,20 @@ double RadialPolynomial::OneToOneRadius(double limit) const {
   return count == 0 ? limit : std::sqrt(roots[0]);
 }
 
+bool RadialPolynomial::IsOneToOneAt(double r, double limit) const {
+  if (!(r < limit)) return false;
+  // Of the slope in r^2, 1 + a r^2 + b r^4 + ..., the least value of the first three terms is
+  // known, and each of the others is least at 0 or at r.
+  const double r2 = r * r, a = 3 * k_[0], b = 5 * k_[1];
+  const double lowest_at = b > 0 ? std::clamp(-a / (2 * b), 0.0, r2) : r2;
+  double bound = std::min(1.0, 1 + lowest_at * (a + b * lowest_at)), power = r2 * r2;
+  for (int i = 2; i < terms_; ++i) {
+    power *= r2;
+    bound += std::min(0.0, (2 * i + 3) * k_[i] * power);
+  }
+  return bound > 0 || r < OneToOneRadius(limit);
+}
+
 // Newton's method, kept inside a shrinking bracket.
 double RadialPolynomial::Invert(double distorted, double end) const {
   constexpr int kMaxIterations = 100;

@@ -31,6 +31,9 @@ class RadialPolynomial {
   /// The radius up to which Distort increases, `limit` at most.
   double OneToOneRadius(double limit) const;
 
+  /// Whether `r` is below OneToOneRadius(limit), without the search for it where bounds suffice.
+  bool IsOneToOneAt(double r, double limit) const;
+
   /// The radius in [0, end] that Distort maps to `distorted`, for `end` at most the OneToOneRadius
   /// and `distorted` between 0 and Distort(end).
   double Invert(double distorted, double end) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <unordered_map>
 
 #include "deepuav/base/options.h"
 
@@ -24,17 +25,34 @@ std::vector<KeyframeId> Neighbourhood(const Map& map, KeyframeId centre,
   return ids;
 }
 
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes,
-                                    int max_landmarks) {
-  std::set<LandmarkId> landmarks;
-  for (KeyframeId id : keyframes) {
-    for (LandmarkId landmark : map.At(id).landmarks) {
-      if (landmark.valid() && static_cast<int>(landmarks.size()) < max_landmarks)
-        landmarks.insert(landmark);
+/// The landmarks of these keyframes, the nearest keyframes' first up to `max_landmarks`, by id.
+class LandmarkOrder {
+ public:
+  LandmarkOrder(const Map& map, const std::vector<KeyframeId>& keyframes, int max_landmarks) {
+    for (KeyframeId id : keyframes) {
+      for (LandmarkId landmark : map.At(id).landmarks) {
+        if (landmark.valid() && static_cast<int>(ids_.size()) < max_landmarks &&
+            index_.try_emplace(landmark, -1).second) {
+          ids_.push_back(landmark);
+        }
+      }
     }
+    std::sort(ids_.begin(), ids_.end());
+    for (size_t i = 0; i < ids_.size(); ++i) index_[ids_[i]] = static_cast<int>(i);
   }
-  return {landmarks.begin(), landmarks.end()};
-}
+
+  const std::vector<LandmarkId>& ids() const { return ids_; }
+
+  /// -1 of a landmark that is not among them.
+  int IndexOf(LandmarkId landmark) const {
+    const auto place = index_.find(landmark);
+    return place == index_.end() ? -1 : place->second;
+  }
+
+ private:
+  std::vector<LandmarkId> ids_;
+  std::unordered_map<LandmarkId, int> index_;
+};
 
 /// How far the image of one camera is turned against that of another, about the viewing direction.
 double HeadingDifferenceRad(const SE3& a_from_world, const SE3& b_from_world) {
@@ -43,22 +61,40 @@ double HeadingDifferenceRad(const SE3& a_from_world, const SE3& b_from_world) {
   return std::abs(std::atan2(b_from_a(1, 0) - b_from_a(0, 1), b_from_a(0, 0) + b_from_a(1, 1)));
 }
 
-/// The observation whose descriptor stands for the landmark: its representative, unless that saw it
-/// turned too far to be recognised under the centre's heading and another did not.
-Observation DescribedBy(const Map& map, const Landmark& landmark, const SE3& centre_from_world,
-                        double max_heading_difference_rad) {
-  const auto difference = [&](const Observation& observation) {
-    return HeadingDifferenceRad(map.At(observation.keyframe).cam_from_world, centre_from_world);
-  };
-  Observation best = landmark.representative;
-  double least = difference(best);
-  if (least <= max_heading_difference_rad) return best;
-  for (const Observation& observation : landmark.observations) {
-    const double other = difference(observation);
-    if (other < least) best = observation, least = other;
+/// Which observation's descriptor stands for a landmark seen from the centre.
+class DescriptorChoice {
+ public:
+  DescriptorChoice(const Map& map, KeyframeId centre, double max_heading_difference_rad)
+      : map_(map),
+        centre_from_world_(map.At(centre).cam_from_world),
+        max_difference_rad_(max_heading_difference_rad) {}
+
+  /// Its representative, unless that saw it turned too far to be recognised under the centre's
+  /// heading and another did not.
+  Observation Of(const Landmark& landmark) {
+    Observation best = landmark.representative;
+    double least = DifferenceRad(best.keyframe);
+    if (least <= max_difference_rad_) return best;
+    for (const Observation& observation : landmark.observations) {
+      const double other = DifferenceRad(observation.keyframe);
+      if (other < least) best = observation, least = other;
+    }
+    return best;
   }
-  return best;
-}
+
+ private:
+  double DifferenceRad(KeyframeId keyframe) {
+    const auto [known, is_new] = differences_rad_.try_emplace(keyframe, 0);
+    if (is_new)
+      known->second = HeadingDifferenceRad(map_.At(keyframe).cam_from_world, centre_from_world_);
+    return known->second;
+  }
+
+  const Map& map_;
+  const SE3 centre_from_world_;
+  const double max_difference_rad_;
+  std::unordered_map<KeyframeId, double> differences_rad_;
+};
 
 LocalLandmark CopyLandmark(const Landmark& landmark) {
   return {landmark.id,
@@ -69,15 +105,12 @@ LocalLandmark CopyLandmark(const Landmark& landmark) {
           static_cast<int>(landmark.observations.size())};
 }
 
-LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const std::vector<LandmarkId>& landmarks) {
+LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const LandmarkOrder& landmarks) {
   LocalKeyframe copy{
       keyframe.id, keyframe.cam_from_world, keyframe.scale, keyframe.frame.features, {}};
   copy.landmarks.assign(keyframe.landmarks.size(), -1);
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
-    if (!keyframe.landmarks[i].valid()) continue;
-    const auto place = std::lower_bound(landmarks.begin(), landmarks.end(), keyframe.landmarks[i]);
-    if (place == landmarks.end() || *place != keyframe.landmarks[i]) continue;
-    copy.landmarks[i] = static_cast<int>(place - landmarks.begin());
+    if (keyframe.landmarks[i].valid()) copy.landmarks[i] = landmarks.IndexOf(keyframe.landmarks[i]);
   }
   return copy;
 }
@@ -97,7 +130,7 @@ void LocalMapOptions::Check() const {
 std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
                                              const LocalMapOptions& options) {
   std::vector<KeyframeId> keyframes = Neighbourhood(map, centre, options);
-  const std::vector<LandmarkId> landmarks = LandmarksOf(map, keyframes, options.max_landmarks);
+  const LandmarkOrder landmarks(map, keyframes, options.max_landmarks);
   std::sort(keyframes.begin(), keyframes.end());
 
   auto local = std::make_shared<LocalMap>();
@@ -105,14 +138,13 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
   local->centre =
       static_cast<int>(std::find(keyframes.begin(), keyframes.end(), centre) - keyframes.begin());
   local->descriptors = Descriptors(map.At(centre).features().descriptors.dimension());
-  local->descriptors.Reserve(static_cast<int>(landmarks.size()));
-  local->landmarks.reserve(landmarks.size());
-  const SE3 centre_from_world = map.At(centre).cam_from_world;
-  const double max_difference_rad = options.max_heading_difference_deg * M_PI / 180;
-  for (LandmarkId id : landmarks) {
+  local->descriptors.Reserve(static_cast<int>(landmarks.ids().size()));
+  local->landmarks.reserve(landmarks.ids().size());
+  DescriptorChoice choice(map, centre, options.max_heading_difference_deg * M_PI / 180);
+  for (LandmarkId id : landmarks.ids()) {
     const Landmark& landmark = map.At(id);
     local->landmarks.push_back(CopyLandmark(landmark));
-    const Observation described = DescribedBy(map, landmark, centre_from_world, max_difference_rad);
+    const Observation described = choice.Of(landmark);
     local->descriptors.AppendFrom(map.At(described.keyframe).features().descriptors,
                                   described.keypoint);
   }
