@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds everything and runs every test.
-#   scripts/test.sh [--sanitizer address|thread] [CTEST ARGUMENTS...]
+#   scripts/test.sh [--with-training] [--sanitizer address|thread] [CTEST ARGUMENTS...]
+# The tests of training/ need PyTorch, 7 GB: --with-training installs it; without, they are skipped where it is not there.
 # Tests on real data look for it in $DEEPUAV_SHARED (../shared by default) and are skipped where it is absent.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -33,6 +34,25 @@ install_packages() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
+# Into .venv-training/, as training/README.md says.
+install_training_packages() {
+  local requirements=training/requirements.txt stamp=.venv-training/.requirements.txt
+  if cmp -s "$requirements" "$stamp"; then return; fi
+  rm -rf .venv-training
+  /usr/bin/python3 -m venv .venv-training
+  if ! .venv-training/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir -r "$requirements"; then
+    rm -rf .venv-training
+    echo "test.sh: the tests of training/ are skipped: its packages could not be installed" >&2
+    return
+  fi
+  cp "$requirements" "$stamp"
+}
+
+with_training=false
+if [[ ${1:-} == --with-training ]]; then
+  with_training=true
+  shift
+fi
 preset=release
 if [[ ${1:-} == --sanitizer ]]; then
   case ${2:-} in
@@ -49,6 +69,7 @@ fi
 scripts/setup.sh --preset "$preset"
 install_packages
 install_python_packages
+if "$with_training"; then install_training_packages; fi
 
 if [[ -z ${DEEPUAV_SHARED:-} && -d ../shared ]]; then
   DEEPUAV_SHARED=$(realpath ../shared)
