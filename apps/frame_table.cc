@@ -45,13 +45,13 @@ std::string FrameTable(const Atlas& atlas, const SlamResult& result) {
   const std::map<FrameId, KeyframeId> keyframes = KeyframesByFrame(atlas, result);
   fmt::memory_buffer table;
   const auto out = std::back_inserter(table);
-  fmt::format_to(out, "frame,time_ns,state,map,landmarks,keyframe,reason\n");
+  fmt::format_to(out, "frame,time_ns,state,map,key_points,landmarks,keyframe,reason\n");
   for (const FrameRecord& record : result.frames) {
     const auto keyframe = keyframes.find(record.id);
     fmt::format_to(
-        out, "{},{},{},{},{},{},{}\n", record.id.value, record.time.nanoseconds, StateName(record),
-        record.located() ? fmt::format("{}", record.map.value) : std::string(),
-        record.located() ? record.seen.size() : 0,
+        out, "{},{},{},{},{},{},{},{}\n", record.id.value, record.time.nanoseconds,
+        StateName(record), record.located() ? fmt::format("{}", record.map.value) : std::string(),
+        record.keypoint_count, record.located() ? record.seen.size() : 0,
         keyframe == keyframes.end() ? std::string() : fmt::format("{}", keyframe->second.value),
         record.reason.empty() ? std::string() : QuotedField(record.reason));
   }

@@ -120,6 +120,7 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(states["initialising"] + states["lost"], frames["lost"])
         for row in rows:
             self.assertEqual(row["map"] != "", row["state"] in ("tracked", "located"))
+            self.assertLessEqual(int(row["landmarks"]), int(row["key_points"]))
         keyframes = [int(row["keyframe"]) for row in rows if row["keyframe"]]
         self.assertEqual(len(keyframes), sum(m["keyframes"] for m in summary["maps"]))
         self.assertEqual(keyframes, sorted(set(keyframes)))

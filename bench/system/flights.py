@@ -4,13 +4,16 @@
   bench/system/flights.py [--only NAME ...] [--seeds N] [--rate HZ] [--frames N] [--set name=value ...]
 
 Each flight of flights/ is rendered once a seed into a cache (.cache/flights), where it stays for the next time. For each
-flight: absolute trajectory error (Sim3) over the frames located in the largest map, share of frames located in it, maps,
-speed. The table goes to stdout as Markdown, everything to OUT/flights.json. Needs build/deepuav (scripts/setup.sh) and
+flight: length, absolute trajectory error (Sim3) over the frames located in the largest map, shares of frames located in
+it and in any map, maps, loops closed and frames recognised after they were lost, frames with at least 300 key points,
+speed. Several seeds: median (least to largest). The table goes to stdout as Markdown, everything to OUT/flights.json. Needs build/deepuav (scripts/setup.sh) and
 Python's standard library.
 """
 import argparse
+import csv
 import hashlib
 import json
+import re
 import statistics
 import subprocess
 import sys
@@ -22,6 +25,9 @@ sys.path.insert(0, str(ROOT / "bench/system"))
 from run import processor  # noqa: E402
 
 DEEPUAV = ROOT / "build/deepuav"
+MANY_KEY_POINTS = 300
+LOOP = re.compile(r"loop closed in map")
+RECOGNISED = re.compile(r"frame \d+ is recognised in map")
 
 
 def flight_names():
@@ -42,16 +48,26 @@ def render(name, seed, arguments):
     return folder, time.monotonic() - start
 
 
+def share_with_many_key_points(frame_table):
+    """Of the frames, in percent."""
+    with frame_table.open(newline="") as table:
+        counts = [int(row["key_points"]) for row in csv.DictReader(table)]
+    return 100 * sum(count >= MANY_KEY_POINTS for count in counts) / max(len(counts), 1)
+
+
 def run_once(name, seed, arguments):
     """Renders, runs and evaluates one flight. Without a map there is no evaluation."""
     dataset, render_s = render(name, seed, arguments)
     out = arguments.out / f"{name}-{seed}"
-    command = [DEEPUAV, "run", dataset, "--out", out, "--log-level", "warn"]
+    command = [DEEPUAV, "run", dataset, "--out", out, "--log-level", "info"]
     for assignment in arguments.set:
         command += ["--set", assignment]
-    if subprocess.run(command, stdout=subprocess.DEVNULL).returncode not in (0, 1):
-        raise SystemExit(f"flights.py: {' '.join(map(str, command))} failed")
-    result = {"seed": seed, "render_s": render_s, "summary": json.loads((out / "summary.json").read_text())}
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if done.returncode not in (0, 1):
+        raise SystemExit(f"flights.py: {' '.join(map(str, command))} failed: {done.stderr}")
+    result = {"seed": seed, "render_s": render_s, "summary": json.loads((out / "summary.json").read_text()),
+              "loops": len(LOOP.findall(done.stderr)), "recognised": len(RECOGNISED.findall(done.stderr)),
+              "many_key_points": share_with_many_key_points(out / "frames.csv")}
     report = out / "eval.json"
     evaluated = subprocess.run([DEEPUAV, "eval", dataset, out / "trajectory.txt", "--json", report],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -77,15 +93,20 @@ def main_map_share(summary):
 
 
 def table_row(name, runs):
-    errors = [r["evaluation"]["ate_m"]["rmse"] for r in runs if "evaluation" in r]
+    evaluations = [r["evaluation"] for r in runs if "evaluation" in r]
+    errors = [e["ate_m"]["rmse"] for e in evaluations]
+    lengths = [e["truth_path_m"] for e in evaluations]
     failed = "" if len(errors) == len(runs) else f" ({len(runs) - len(errors)} without)"
     summaries = [r["summary"] for r in runs]
     shares = [main_map_share(s) for s in summaries]
     located = [100 * s["frames"]["located"] / s["frames"]["processed"] for s in summaries]
     rates = [s["frames"]["processed"] / s["wall_s"] for s in summaries]
     maps = [len(s["maps"]) for s in summaries]
-    return (f"| `{name}` | {summaries[0]['frames']['processed']} | {spread(errors, '.3f')}{failed} | "
-            f"{spread(shares, '.1f')} | {spread(located, '.1f')} | {spread(maps, '.0f')} | {spread(rates, '.1f')} |")
+    events = [spread([r[what] for r in runs], ".0f") for what in ("loops", "recognised")]
+    rich = [r["many_key_points"] for r in runs]
+    return (f"| `{name}` | {summaries[0]['frames']['processed']} | {spread(lengths, '.0f')} | "
+            f"{spread(errors, '.3f')}{failed} | {spread(shares, '.1f')} | {spread(located, '.1f')} | "
+            f"{spread(maps, '.0f')} | {', '.join(events)} | {spread(rich, '.0f')} | {spread(rates, '.1f')} |")
 
 
 def main():
@@ -108,8 +129,9 @@ def main():
 
     results = {"machine": processor(), "command": " ".join(sys.argv), "flights": {}}
     print(f"Machine: {results['machine']}\n")
-    print("| flight | frames | ATE (Sim3), m | in the main map, % | in any map, % | maps | frames/s |")
-    print("|---|---|---|---|---|---|---|")
+    print("| flight | frames | path, m | ATE (Sim3), m | in the main map, % | in any map, % | maps | "
+          f"loops, recognised | frames with {MANY_KEY_POINTS} key points, % | frames/s |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for name in arguments.only:
         if arguments.render_only:
             for seed in range(1, arguments.seeds + 1):

@@ -4,6 +4,7 @@ namespace deepuav {
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   FrameRecord record;
+  record.keypoint_count = frame.features->size();
   record.id = frame.id;
   record.time = frame.time;
   record.state = result.state;

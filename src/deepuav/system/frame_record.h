@@ -21,6 +21,7 @@ struct FrameRecord {
   Timestamp time;
   TrackingState state = TrackingState::kInitialising;
   std::string reason;  ///< Why there is no pose.
+  int keypoint_count = 0;
 
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
   MapId map;                    ///< Invalid where there is no pose.
