@@ -1,4 +1,4 @@
-"""Writes a trained small SuperPoint as ONNX and checks it against torch.
+"""Writes a trained SuperPoint as ONNX and checks it against torch.
 
     python -m deepuav_training.export --config configs/superpoint_small.yaml --out small.onnx
 """
@@ -12,12 +12,13 @@ import numpy as np
 import onnx
 import openvino
 import torch
+from torch import nn
 
 from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
-from deepuav_training.models.superpoint_small import SmallSuperPoint, count_macs
-from deepuav_training.train_small import TrainConfig, new_state
+from deepuav_training.models.superpoint_small import count_macs
+from deepuav_training.train_superpoint import TrainConfig, new_state
 
 _OPSET = 17
 _CHECKED_SIZES = ((240, 320), (88, 136))  # height, width
@@ -25,7 +26,7 @@ _LOGITS_TOLERANCE = 2e-3
 _DESCRIPTOR_TOLERANCE = 1e-4
 
 
-def export_onnx(network: SmallSuperPoint, path: Path) -> None:
+def export_onnx(network: nn.Module, path: Path) -> None:
     """Writes the network with dynamic batch, height and width."""
     network = copy.deepcopy(network).eval().to(memory_format=torch.contiguous_format)
     cells = {0: "batch", 2: "rows", 3: "columns"}
@@ -40,7 +41,7 @@ def export_onnx(network: SmallSuperPoint, path: Path) -> None:
     onnx.checker.check_model(str(path))
 
 
-def largest_differences(network: SmallSuperPoint, path: Path) -> tuple[float, float]:
+def largest_differences(network: nn.Module, path: Path) -> tuple[float, float]:
     """Largest difference of logits and of descriptors between torch and OpenVINO in float32."""
     compiled = openvino.Core().compile_model(str(path), "CPU", {"INFERENCE_PRECISION_HINT": "f32"})
     generator = np.random.default_rng(0)
@@ -55,7 +56,7 @@ def largest_differences(network: SmallSuperPoint, path: Path) -> tuple[float, fl
     return float(worst[0]), float(worst[1])
 
 
-def check_export(network: SmallSuperPoint, path: Path) -> tuple[float, float]:
+def check_export(network: nn.Module, path: Path) -> tuple[float, float]:
     """Raises TrainingError where the file does not compute what the network does."""
     logits, descriptors = largest_differences(network, path)
     if logits > _LOGITS_TOLERANCE or descriptors > _DESCRIPTOR_TOLERANCE:

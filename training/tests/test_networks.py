@@ -8,10 +8,11 @@ from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_
 from deepuav_training.data.pairs import Sample, cell_labels
 from deepuav_training.errors import TrainingError
 from deepuav_training.export import check_export, export_onnx
+from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
 from deepuav_training.onnx_weights import load_exported
-from deepuav_training.train_small import TrainConfig, collate, losses_of, new_state
+from deepuav_training.train_superpoint import TrainConfig, collate, losses_of, new_state
 from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
 
 TINY = SmallSuperPointConfig(half=4, quarter=4, eighth=8, deep=8, detail=4, head=8,
@@ -44,14 +45,15 @@ def weights(state):
     return torch.cat([p.flatten() for p in state.average.state_dict().values()])
 
 
-def test_outputs_have_the_published_layout():
-    logits, descriptors = SmallSuperPoint()(torch.rand(2, 1, 40, 56))
+@pytest.mark.parametrize("network", [SmallSuperPoint, LargeSuperPoint])
+def test_outputs_have_the_published_layout(network):
+    logits, descriptors = network()(torch.rand(2, 1, 40, 56))
     assert logits.shape == (2, 65, 5, 7) and descriptors.shape == (2, 256, 5, 7)
     torch.testing.assert_close(descriptors.norm(dim=1), torch.ones(2, 5, 7))
 
 
 def test_cost_stays_within_a_fifth_of_the_large_network():
-    assert count_macs(SmallSuperPoint(), 480, 752) < 30.6e9 / 5
+    assert count_macs(SmallSuperPoint(), 480, 752) < count_macs(LargeSuperPoint(), 480, 752) / 5
 
 
 def test_macs_of_one_convolution():
@@ -171,6 +173,20 @@ def test_training_goes_on_from_an_exported_file(tmp_path):
     torch.testing.assert_close(restored.eval()(unseen), trained(unseen), rtol=1e-3, atol=1e-4)
     # With the images' own statistics training computes the same as use does.
     torch.testing.assert_close(restored.train()(images), trained(images), rtol=1e-3, atol=1e-3)
+
+
+def test_the_large_network_goes_on_from_its_file(tmp_path):
+    torch.manual_seed(7)
+    config = TrainConfig(size="large", batch=2, bfloat16=False)
+    trained, restored = new_state(config).network, LargeSuperPoint()
+    export_onnx(trained, tmp_path / "large.onnx")
+    load_exported(tmp_path / "large.onnx", restored, torch.rand(1, 1, 16, 16))
+    check_export(restored, tmp_path / "large.onnx")
+
+
+def test_a_network_of_unknown_size_is_refused():
+    with pytest.raises(TrainingError, match="size.*medium"):
+        TrainConfig(size="medium").check("run.yaml")
 
 
 def test_a_file_of_other_layers_is_refused(tmp_path):

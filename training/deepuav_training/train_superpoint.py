@@ -1,6 +1,6 @@
-"""Stage 3: the small SuperPoint learns the teacher's labels and to match what corresponds.
+"""Stages 2 and 3: a SuperPoint learns the teacher's labels and to match what corresponds.
 
-    python -m deepuav_training.train_small --config configs/superpoint_small.yaml
+    python -m deepuav_training.train_superpoint --config configs/superpoint_small.yaml
 
 Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command goes on.
 """
@@ -18,6 +18,7 @@ from deepuav_training.data.pairs import PairConfig, PairSource, Sample
 from deepuav_training.label import LabelConfig, training_views
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
+from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import SmallSuperPoint, SmallSuperPointConfig
 from deepuav_training.onnx_weights import load_exported
 from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
@@ -50,13 +51,18 @@ class LossConfig:
 
 @dataclass(frozen=True)
 class TrainConfig(RunConfig):
-    """A training run of the small SuperPoint."""
+    """A training run of a SuperPoint, small or large."""
 
     labels: str = "configs/labels.yaml"  # the configuration that the labels were made with
     run: str = "runs/superpoint_small"
-    network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)
+    size: str = "small"
+    network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)  # of the small
     pairs: PairConfig = field(default_factory=PairConfig)
     losses: LossConfig = field(default_factory=LossConfig)
+
+    def check(self, where: str) -> None:
+        super().check(where)
+        check_field(self.size in ("small", "large"), where, "size", self.size, "small or large")
 
 
 @dataclass(frozen=True)
@@ -110,8 +116,8 @@ def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig
 def new_state(config: TrainConfig) -> TrainingState:
     """An untrained network with its optimiser."""
     torch.manual_seed(config.seed)
-    network = SmallSuperPoint(config.network).to(memory_format=torch.channels_last)
-    return training_state(network, config)
+    network = LargeSuperPoint() if config.size == "large" else SmallSuperPoint(config.network)
+    return training_state(network.to(memory_format=torch.channels_last), config)
 
 
 def objective(source: PairSource, config: TrainConfig) -> Objective:
