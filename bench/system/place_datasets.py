@@ -1,5 +1,6 @@
-"""Datasets made of real sequences to see whether places are known again: images left out, blackened, turned, in another
-order, or two sequences one behind the other. TUM layout; images that stay as they are become symbolic links."""
+"""Datasets made of real sequences to see what the program stands and whether places are known again: images left out,
+darkened, blurred, turned, in another order, or two sequences one behind the other. TUM layout; images that stay as they
+are become symbolic links."""
 import hashlib
 import json
 import math
@@ -7,9 +8,11 @@ import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 JPEG_QUALITY = 95
+BLUR_STEPS = 16
 SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
 
 
@@ -74,6 +77,8 @@ class Shot:
     sequence: Sequence
     index: int | None
     quarter_turns: int = 0
+    brightness: float = 1
+    blur_px: float = 0  # the way that the image moves during the exposure, in a direction drawn for each image
 
     def truth(self):
         """The camera's pose; where the image is turned, so is the camera."""
@@ -154,9 +159,20 @@ def resample(image, source, target, quarter_turns):
                                         Image.Resampling.BICUBIC)
 
 
+def blurred(image, length_px, seed):
+    """As if the camera had moved by that much, to one side, during the exposure."""
+    angle = np.random.default_rng(seed).uniform(0, math.pi)
+    total = np.zeros((image.height, image.width))
+    for along in np.linspace(-0.5, 0.5, BLUR_STEPS):
+        dx, dy = along * length_px * math.cos(angle), along * length_px * math.sin(angle)
+        total += np.asarray(image.transform(image.size, Image.Transform.AFFINE, (1, 0, dx, 0, 1, dy),
+                                            Image.Resampling.BILINEAR))
+    return Image.fromarray(np.rint(total / BLUR_STEPS).astype(np.uint8))
+
+
 def write_image(shot, camera, folder, number):
     """Gives the file's name, relative to the dataset."""
-    unchanged = shot.index is not None and shot.quarter_turns == 0 and camera == shot.sequence.camera
+    unchanged = shot == Shot(shot.sequence, shot.index) and shot.index is not None and camera == shot.sequence.camera
     if unchanged:
         file = folder / "rgb" / f"{number:06}{shot.sequence.images[shot.index].suffix.lower()}"
         file.symlink_to(shot.sequence.images[shot.index].resolve())
@@ -167,6 +183,10 @@ def write_image(shot, camera, folder, number):
     else:
         with Image.open(shot.sequence.images[shot.index]) as original:
             image = resample(original, shot.sequence.camera, camera, shot.quarter_turns)
+        if shot.blur_px > 0:
+            image = blurred(image, shot.blur_px, shot.index)
+        if shot.brightness != 1:
+            image = image.point(lambda value: round(value * shot.brightness))
     image.save(file, quality=JPEG_QUALITY)
     return file.relative_to(folder)
 
@@ -174,7 +194,8 @@ def write_image(shot, camera, folder, number):
 def write_dataset(folder, camera, rate_hz, shots):
     """A dataset of the shots, one behind the other at the given rate. Whatever was made before in the same way stays."""
     recipe = [Path(__file__).read_text(), asdict(camera), rate_hz,
-              [(str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns) for s in shots]]
+              [(str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px)
+               for s in shots]]
     made_by = hashlib.sha256(json.dumps(recipe).encode()).hexdigest()
     stamp = folder / "made_by.txt"
     if stamp.is_file() and stamp.read_text() == made_by:

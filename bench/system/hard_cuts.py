@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Compares networks in the whole program on real sequences made harder.
+
+  .venv/bin/python bench/system/hard_cuts.py [--models default FILE ...] [--only NAME ...] [--cuts NAME ...]
+
+Of each sequence it makes cuts (in .cache/hard_cuts, where they stay for the next time) and runs the program over them
+with each network:
+  as_is    the sequence itself
+  third    every third image
+  fifth    every fifth image
+  dim      the second half at half the brightness
+  blur     every image blurred by 12 pixels of motion, each in a direction of its own
+The table (absolute trajectory error over the frames of the largest map, and how many it holds) goes to stdout as
+Markdown, everything to OUT/hard_cuts.json. Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared). Needs
+build/deepuav (scripts/setup.sh) and Pillow (in .venv after scripts/test.sh).
+"""
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench/system"))
+from place_datasets import Shot, load_sequence, write_dataset  # noqa: E402
+from run import processor  # noqa: E402
+
+CUTS = ("as_is", "third", "fifth", "dim", "blur")
+BLUR_PX = 12
+DEFAULT = "default"
+
+
+def make_cut(cut, sequence):
+    """The shots and the images a second."""
+    every = [Shot(sequence, i) for i in range(len(sequence.images))]
+    if cut in ("third", "fifth"):
+        step = 3 if cut == "third" else 5
+        return every[::step], sequence.rate_hz / step
+    if cut == "dim":
+        middle = len(every) // 2
+        return every[:middle] + [Shot(sequence, i, brightness=0.5) for i in range(middle, len(every))], sequence.rate_hz
+    if cut == "blur":
+        return [Shot(sequence, i, blur_px=BLUR_PX) for i in range(len(every))], sequence.rate_hz
+    return every, sequence.rate_hz
+
+
+def run_once(program, dataset, model, out, horizontal):
+    """Summary of the run and error of its largest map; no error without a map."""
+    command = [program, "run", dataset, "--out", out, "--log-level", "error"]
+    if model != DEFAULT:
+        command += ["--model", model]
+    if subprocess.run(command, stdout=subprocess.DEVNULL).returncode not in (0, 1):
+        raise SystemExit(f"hard_cuts.py: {' '.join(map(str, command))} failed")
+    report = out / "eval.json"
+    evaluated = subprocess.run([program, "eval", dataset, out / "trajectory.txt", "--json", report,
+                                *(["--horizontal"] if horizontal else [])], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    ate = json.loads(report.read_text())["ate_m"] if evaluated.returncode == 0 else None
+    return {"summary": json.loads((out / "summary.json").read_text()), "ate_m": ate}
+
+
+def in_main_map(summary):
+    return sum(m["frames"] for m in summary["maps"] if m["id"] == summary["main_map"])
+
+
+def cell(run):
+    error = f"{run['ate_m']['rmse']:.4f}" if run["ate_m"] else "none"
+    maps = len(run["summary"]["maps"])
+    return f"{error}, {in_main_map(run['summary'])}" + (f" ({maps} maps)" if maps != 1 else "")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--models", nargs="*", default=[DEFAULT, str(ROOT / "../shared/models/superpoint_coco.onnx")],
+                        help=f"network files; '{DEFAULT}': the one that runs by default")
+    parser.add_argument("--only", nargs="*", default=["euroc_mh01_excerpt", "7scenes_redkitchen", "uav_nadir_survey"])
+    parser.add_argument("--cuts", nargs="*", default=list(CUTS), choices=CUTS)
+    parser.add_argument("--program", type=Path, default=ROOT / "build/deepuav")
+    parser.add_argument("--cache", type=Path, default=ROOT / ".cache/hard_cuts")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/hard_cuts")
+    arguments = parser.parse_args()
+    data = Path(os.environ.get("DEEPUAV_SHARED", ROOT / "../shared")) / "data"
+    names = [Path(model).stem for model in arguments.models]
+    results = {"machine": processor(), "command": " ".join(sys.argv), "runs": []}
+    print(f"Machine: {results['machine']}\n\n| sequence | cut | frames | {' | '.join(names)} |")
+    print("|---" * (3 + len(names)) + "|")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    for name in arguments.only:
+        if not (data / name).is_dir():
+            print(f"| {name} | skipped: not in {data} |" + " |" * (1 + len(names)))
+            continue
+        sequence = load_sequence(name, data)
+        for cut in arguments.cuts:
+            shots, rate_hz = make_cut(cut, sequence)
+            dataset = arguments.cache / f"{name}-{cut}"
+            write_dataset(dataset, sequence.camera, rate_hz, shots)
+            runs = [run_once(arguments.program, dataset, model, arguments.out / f"{name}-{cut}-{label}",
+                             sequence.horizontal) for model, label in zip(arguments.models, names)]
+            results["runs"] += [{"sequence": name, "cut": cut, "model": model, **run}
+                                for model, run in zip(arguments.models, runs)]
+            print(f"| {name} | {cut} | {len(shots)} | {' | '.join(map(cell, runs))} |", flush=True)
+            (arguments.out / "hard_cuts.json").write_text(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()
