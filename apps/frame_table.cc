@@ -51,7 +51,7 @@ std::string FrameTable(const Atlas& atlas, const SlamResult& result) {
     fmt::format_to(
         out, "{},{},{},{},{},{},{},{}\n", record.id.value, record.time.nanoseconds,
         StateName(record), record.located() ? fmt::format("{}", record.map.value) : std::string(),
-        record.keypoint_count, record.located() ? record.seen.size() : 0,
+        record.keypoint_count, record.landmark_count,
         keyframe == keyframes.end() ? std::string() : fmt::format("{}", keyframe->second.value),
         record.reason.empty() ? std::string() : QuotedField(record.reason));
   }

@@ -122,7 +122,7 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
     const Frame& frame, std::span<const Descriptors> turned,
     std::span<const std::shared_ptr<const LocalMap>> candidates, std::string* reason,
     std::span<const int> headings) {
-  const StageScope stage(stages_, "relocalise");
+  const StageScope stage(stages_, "locate in places");
   const std::vector<View> views = ViewsOf(frame, turned, headings);
   const KeypointGrid grid(*frame.features);
   std::vector<Found> all;

@@ -1,19 +1,22 @@
 #pragma once
 
 #include <cassert>
+#include <cstdint>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace deepuav {
 
-/// Things by id: constant-time access, iteration in order of id. An erased thing leaves one empty
-/// pointer. References stay valid until their thing is erased. Thread-compatible.
+/// Things by id: constant-time access, iteration in order of id. An erased thing, or an id given
+/// elsewhere between the least and the largest here, takes one empty pointer. References stay valid
+/// until their thing is erased. Thread-compatible.
 template <typename IdType, typename T>
 class IdStore {
  public:
   bool Contains(IdType id) const {
-    return id.valid() && id.value < static_cast<int64_t>(slots_.size()) &&
+    return id.value >= first_ && id.value - first_ < static_cast<int64_t>(slots_.size()) &&
            slots_[Slot(id)] != nullptr;
   }
   T& At(IdType id) {
@@ -29,7 +32,7 @@ class IdStore {
 
   T& Insert(IdType id, T thing) {
     assert(id.valid() && !Contains(id));
-    if (Slot(id) >= slots_.size()) slots_.resize(Slot(id) + 1);
+    MakeRoom(id.value, id.value + 1);
     slots_[Slot(id)] = std::make_unique<T>(std::move(thing));
     ++size_;
     return *slots_[Slot(id)];
@@ -42,11 +45,13 @@ class IdStore {
 
   /// Takes all things of `other`, whose ids must be others than those here.
   void TakeAll(IdStore* other) {
-    if (slots_.size() < other->slots_.size()) slots_.resize(other->slots_.size());
+    if (other->slots_.empty()) return;
+    MakeRoom(other->first_, other->first_ + static_cast<int64_t>(other->slots_.size()));
+    const auto offset = static_cast<size_t>(other->first_ - first_);
     for (size_t slot = 0; slot < other->slots_.size(); ++slot) {
       if (!other->slots_[slot]) continue;
-      assert(!slots_[slot]);
-      slots_[slot] = std::move(other->slots_[slot]);
+      assert(!slots_[offset + slot]);
+      slots_[offset + slot] = std::move(other->slots_[slot]);
     }
     size_ += other->size_;
     *other = IdStore();
@@ -69,9 +74,24 @@ class IdStore {
   }
 
  private:
-  static size_t Slot(IdType id) { return static_cast<size_t>(id.value); }
+  size_t Slot(IdType id) const { return static_cast<size_t>(id.value - first_); }
+
+  /// For the ids from `begin` to before `end`.
+  void MakeRoom(int64_t begin, int64_t end) {
+    if (slots_.empty()) first_ = begin;
+    if (begin < first_) {
+      std::vector<std::unique_ptr<T>> moved(static_cast<size_t>(first_ - begin));
+      moved.insert(moved.end(), std::make_move_iterator(slots_.begin()),
+                   std::make_move_iterator(slots_.end()));
+      slots_ = std::move(moved);
+      first_ = begin;
+    }
+    if (end - first_ > static_cast<int64_t>(slots_.size()))
+      slots_.resize(static_cast<size_t>(end - first_));
+  }
 
   std::vector<std::unique_ptr<T>> slots_;
+  int64_t first_ = 0;  ///< The id of the first slot.
   int size_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "deepuav/base/ids.h"
@@ -55,6 +56,35 @@ TEST(IdStore, ReferencesStayValidWhileOthersComeAndGo) {
   EXPECT_EQ(store.At({5}), 51);
   store.ForEach([](int& value) { ++value; });
   EXPECT_EQ(kept, 52);
+}
+
+TEST(IdStore, RoomIsThatOfItsOwnIds) {
+  constexpr int64_t kFar = int64_t{1} << 40;
+  Store store;
+  store.Insert({kFar}, 1);
+  store.Insert({kFar - 3}, 2);
+  store.Insert({kFar + 2}, 3);
+  EXPECT_EQ(Values(store), (std::vector<int>{2, 1, 3}));
+  EXPECT_FALSE(store.Contains({kFar - 4}));
+  EXPECT_FALSE(store.Contains({kFar - 1}));
+  EXPECT_FALSE(store.Contains({0}));
+  EXPECT_FALSE(store.Contains({kFar + 3}));
+}
+
+TEST(IdStore, TakesAllOfAnotherWithLesserOrGreaterIds) {
+  for (int64_t first : {10, 25, 40}) {
+    Store store, other;
+    for (int64_t i : {20, 30}) store.Insert({i}, static_cast<int>(i));
+    for (int64_t i : {first, first + 4}) other.Insert({i}, static_cast<int>(i));
+    store.TakeAll(&other);
+    std::vector<int> expected = {20, 30, static_cast<int>(first), static_cast<int>(first) + 4};
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(Values(store), expected);
+    EXPECT_EQ(store.size(), 4);
+    EXPECT_EQ(other.size(), 0);
+    store.TakeAll(&other);
+    EXPECT_EQ(store.size(), 4);
+  }
 }
 
 TEST(IdStore, TakesAllOfAnotherWhichIsEmptyThen) {

@@ -34,10 +34,18 @@ void FuseTie(const LoopTie& tie, Map* map) {
 }
 
 void MergeMaps(const MapCorrection& correction, Atlas* atlas) {
-  Map& map = atlas->At(correction.map);
-  map.Transform(correction.into_from_map);
-  map.Reroot(correction.ties.back().keyframe);
-  atlas->Merge(correction.map, correction.into, correction.ties.back().place);
+  const LoopTie& tie = correction.ties.back();
+  if (correction.into < correction.map) {
+    Map& map = atlas->At(correction.map);
+    map.Transform(correction.into_from_map);
+    map.Reroot(tie.keyframe);
+    atlas->Merge(correction.map, correction.into, tie.place);
+  } else {
+    Map& map = atlas->At(correction.into);
+    map.Transform(correction.into_from_map.Inverse());
+    map.Reroot(tie.place);
+    atlas->Merge(correction.into, correction.map, tie.keyframe);
+  }
 }
 
 }  // namespace deepuav

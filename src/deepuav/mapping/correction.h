@@ -12,7 +12,8 @@ void MoveKeyframes(const std::vector<KeyframeMove>& moves, Map* map);
 /// one with the place's.
 void FuseTie(const LoopTie& tie, Map* map);
 
-/// Transforms the corrected map into the other's world and makes it part of it.
+/// Makes the two maps of a correction one: the younger moves into the world of the older, whatever
+/// map was found in which.
 void MergeMaps(const MapCorrection& correction, Atlas* atlas);
 
 }  // namespace deepuav

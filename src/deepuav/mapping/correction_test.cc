@@ -143,6 +143,24 @@ TEST_F(CorrectionTest, AMergedMapLiesWhereThePlaceSaysAndHangsOnIt) {
   }
 }
 
+TEST_F(CorrectionTest, TheOlderMapStaysWhereItIs) {
+  const MapId other = made_.AddMap();
+  const Visit second = AddSecond(other);
+  const SE3 before = made_.atlas.At(MapId{0}).At(first_.keyframes[2]).cam_from_world;
+  MapCorrection correction{MapId{0}, other, drift_, {}, {}};
+  LoopTie tie = made_.Tie(first_.keyframes[2], second, second.keyframes[2]);
+  correction.ties = {tie};
+  MergeMaps(correction, &made_.atlas);
+  EXPECT_EQ(made_.atlas.Remaining(), std::vector<MapId>{{0}});
+  const Map& merged = made_.atlas.At(other);
+  EXPECT_EQ(merged.id(), MapId{0});
+  ASSERT_NO_FATAL_FAILURE(CheckConsistent(merged));
+  EXPECT_EQ(merged.root(), first_.keyframes[0]);
+  EXPECT_EQ(merged.At(second.keyframes[2]).parent, first_.keyframes[2]);
+  EXPECT_EQ(merged.At(first_.keyframes[2]).cam_from_world.Matrix(), before.Matrix());
+  EXPECT_LT(WorstPoseError(), 1e-9);
+}
+
 /// What the Mapper makes of a correction that is not quite right.
 class ApplyTest : public CorrectionTest {
  protected:

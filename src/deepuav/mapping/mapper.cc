@@ -6,6 +6,15 @@
 #include "deepuav/mapping/correction.h"
 
 namespace deepuav {
+namespace {
+
+bool IsInAnyMap(LandmarkId id, const Atlas& atlas) {
+  const std::vector<MapId> maps = atlas.Remaining();
+  return std::any_of(maps.begin(), maps.end(),
+                     [&](MapId map) { return atlas.At(map).Contains(id); });
+}
+
+}  // namespace
 
 void MappingOptions::Check() const {
   CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio",
@@ -50,7 +59,6 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   const double depth = map.MedianDepth(first);
   if (!(depth > 0)) return nullptr;
   map.Rescale(1 / depth);
-  young_.clear();
   map.landmarks().ForEach([this](const Landmark& landmark) { young_.push_back(landmark.id); });
   return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
 }
@@ -97,7 +105,10 @@ void Mapper::CullYoungLandmarks(KeyframeId newest, Map* map) {
   const StageScope stage(stages_, "cull landmarks");
   std::vector<LandmarkId> still_young;
   for (LandmarkId id : young_) {
-    if (!map->Contains(id)) continue;
+    if (!map->Contains(id)) {
+      if (IsInAnyMap(id, *atlas_)) still_young.push_back(id);
+      continue;
+    }
     const Landmark& landmark = map->At(id);
     const auto age = newest.value - landmark.created_by.value;
     if (landmark.found < options_.min_found_ratio * landmark.visible) {

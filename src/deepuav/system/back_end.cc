@@ -1,5 +1,7 @@
 #include "deepuav/system/back_end.h"
 
+#include <algorithm>
+
 #include "deepuav/base/logging.h"
 
 namespace deepuav {
@@ -36,9 +38,26 @@ void BackEnd::FinishAdjustment() {
   if (!adjustment_) return;
   const bool due = ++adjustment_->keyframes_since >= adjustment_delay_keyframes_;
   if (adjust_as_soon_as_ready_ ? !adjustment_->Ready() : !due) return;
+  ApplyAdjustment();
+}
+
+void BackEnd::ApplyAdjustment() {
   const std::unique_ptr<PendingAdjustment> finished = std::move(adjustment_);
   const GlobalAdjustment& adjustment = finished->Get();
   adjustment.Apply(&atlas_->At(adjustment.map()));
+}
+
+/// An adjustment of a map that is corrected knows nothing of the correction and is given up.
+void BackEnd::SettleAdjustmentBefore(const MapCorrection& correction) {
+  if (!adjustment_) return;
+  const MapId map = atlas_->Current(adjustment_->map());
+  const bool is_corrected = map == correction.map || map == correction.into;
+  const bool would_wait = adjust_as_soon_as_ready_ && !adjustment_->Ready();
+  if (is_corrected || would_wait) {
+    adjustment_.reset();
+  } else {
+    ApplyAdjustment();
+  }
 }
 
 LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
@@ -64,15 +83,16 @@ void BackEnd::CloseLoops() {
   if (!correction) return;
   const LoopTie& tie = correction->ties.back();
   if (correction->merges()) {
-    Log().info("map {} joins map {}: keyframe {} is at keyframe {}", correction->map.value,
-               correction->into.value, tie.keyframe.value, tie.place.value);
+    const auto [older, younger] = std::minmax(correction->map, correction->into);
+    Log().info("map {} joins map {}: keyframe {} is at keyframe {}", younger.value, older.value,
+               tie.keyframe.value, tie.place.value);
     ++merged_maps_;
   } else {
     Log().info("loop closed in map {}: keyframe {} is at keyframe {}", correction->map.value,
                tie.keyframe.value, tie.place.value);
     ++closed_loops_;
   }
-  adjustment_.reset();  // it knows nothing of this correction
+  SettleAdjustmentBefore(*correction);
   mapper_->Apply(*correction);
   StartAdjustment(correction->into);
 }

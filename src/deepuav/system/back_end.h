@@ -42,6 +42,8 @@ class BackEnd {
  private:
   void StartAdjustment(MapId map);
   void FinishAdjustment();
+  void ApplyAdjustment();
+  void SettleAdjustmentBefore(const MapCorrection& correction);
 
   Atlas* atlas_;
   Mapper* mapper_;

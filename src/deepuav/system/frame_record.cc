@@ -1,5 +1,7 @@
 #include "deepuav/system/frame_record.h"
 
+#include <utility>
+
 namespace deepuav {
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
@@ -16,12 +18,22 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.tracked_online = true;
   record.map = result.pose->map;
   record.pose = result.pose->anchored;
+  record.landmark_count = static_cast<int>(result.pose->matches.size());
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {
     const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(match.keypoint)];
     record.seen.push_back({match.landmark, keypoint.px, keypoint.sigma_px});
   }
   return record;
+}
+
+void Thin(int max_seen, FrameRecord* record) {
+  const size_t count = record->seen.size(), kept = static_cast<size_t>(max_seen);
+  if (count <= kept) return;
+  std::vector<FrameRecord::Seen> some;
+  some.reserve(kept);
+  for (size_t i = 0; i < kept; ++i) some.push_back(record->seen[i * count / kept]);
+  record->seen = std::move(some);
 }
 
 }  // namespace deepuav

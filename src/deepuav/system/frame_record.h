@@ -26,13 +26,17 @@ struct FrameRecord {
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
   MapId map;                    ///< Invalid where there is no pose.
   AnchoredPose pose;
-  SE3 cam_from_world;  ///< Valid once the trajectory was finished.
-  std::vector<Seen> seen;
+  SE3 cam_from_world;                        ///< Valid once the trajectory was finished.
+  int landmark_count = 0;                    ///< That spoke for the pose.
+  std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
   std::shared_ptr<const Features> features;  ///< Kept only while the frame has no pose.
 
   bool located() const { return map.valid(); }
 };
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
+
+/// Keeps `max_seen` of what the frame saw, spread evenly.
+void Thin(int max_seen, FrameRecord* record);
 
 }  // namespace deepuav

@@ -16,6 +16,7 @@ class PendingAdjustment {
   /// Gives up what is not finished.
   ~PendingAdjustment();
 
+  MapId map() const { return adjustment_.map(); }
   bool Ready() const;
   /// Waits for the result. Throws what the computation threw.
   const GlobalAdjustment& Get();

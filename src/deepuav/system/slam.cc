@@ -19,6 +19,10 @@ Schedule ParseSchedule(const std::string& name) {
 void SystemOptions::Check() const {
   CheckOption(map_delay_frames >= 1, "system.map_delay_frames", map_delay_frames, "at least 1");
   CheckOption(frames_ahead >= 1, "system.frames_ahead", frames_ahead, "at least 1");
+  CheckOption(full_record_frames >= 0, "system.full_record_frames", full_record_frames,
+              "0 or more");
+  CheckOption(old_record_landmarks >= 0, "system.old_record_landmarks", old_record_landmarks,
+              "0 or more");
   CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
               "0 or more");
   CheckOption(adjustment_delay_keyframes >= 1, "system.adjustment_delay_keyframes",
@@ -134,6 +138,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       if (!frame) break;
       result->frames.push_back(Process(*frame, mapping, live));
       LimitUnlocated(&result->frames);
+      ThinOld(&result->frames);
       if (progress) progress(result->frames.back());
     }
     if (keyframe_under_way_) mapping->Collect();
@@ -216,12 +221,14 @@ bool Slam::TurnsAt(Timestamp time) {
 std::optional<TrackingResult> Slam::RelocaliseUnder(const Frame& frame,
                                                     std::span<const Descriptors> turned) {
   std::vector<LocalMapPtr> surroundings;
+  std::vector<int> headings;
   for (const PlaceCandidate& place : loop_closer_->PlacesLike(atlas_, *frame.features, turned)) {
     surroundings.push_back(
         MakeLocalMap(atlas_.At(place.map), place.keyframe, options_.mapping.local_map));
+    headings.push_back(place.view);
   }
   if (surroundings.empty()) return std::nullopt;
-  const auto found = relocaliser_.Relocalise(frame, turned, surroundings);
+  const auto found = relocaliser_.Relocalise(frame, turned, surroundings, nullptr, headings);
   if (!found) return std::nullopt;
   return tracker_.Resume(frame, surroundings[static_cast<size_t>(found->candidate)],
                          found->located);
@@ -244,8 +251,13 @@ void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
   unlocated_.pop_front();
 }
 
+void Slam::ThinOld(std::vector<FrameRecord>* records) const {
+  const auto newer = static_cast<size_t>(options_.full_record_frames);
+  if (records->size() > newer)
+    Thin(options_.old_record_landmarks, &(*records)[records->size() - 1 - newer]);
+}
+
 void Slam::AdjustAll() {
-  back_end_.DropAdjustment();
   std::vector<MapId> maps = atlas_.Remaining();
   std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
     return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
@@ -266,6 +278,7 @@ void Slam::Finish(SlamResult* result) {
     }
   }
   try {
+    back_end_.DropAdjustment();
     if (options_.adjust_at_end && !options_.localise_only) AdjustAll();
     const StageScope stage(&clock_, "finish trajectory");
     LocatorOptions thorough = options_.tracking.locator;

@@ -37,6 +37,9 @@ struct SystemOptions {
   int frames_ahead = 2;  ///< Frames that may wait for the Tracker (threaded).
   int max_unlocated_frames =
       600;  ///< Frames without a pose whose features are kept to locate them at the end.
+  int full_record_frames =
+      3000;  ///< Latest frames of which all that they saw is kept to refine their poses at the end.
+  int old_record_landmarks = 80;  ///< Kept of what an earlier frame saw.
   int adjustment_delay_keyframes =
       5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
   bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
@@ -59,6 +62,9 @@ struct SystemOptions {
     visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
     visit("max_unlocated_frames", max_unlocated_frames, "",
           "frames without a pose that are kept to locate at the end");
+    visit("full_record_frames", full_record_frames, "",
+          "latest frames of which all landmarks seen are kept to refine their poses at the end");
+    visit("old_record_landmarks", old_record_landmarks, "", "of these, kept of an earlier frame");
     visit("adjustment_delay_keyframes", adjustment_delay_keyframes, "",
           "keyframes after a closed loop until the whole map is adjusted");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
@@ -134,6 +140,7 @@ class Slam {
   void FollowInUnchangedMap(TrackingResult* result);
   /// Lets go of the oldest features kept for frames without a pose, once there are too many.
   void LimitUnlocated(std::vector<FrameRecord>* records);
+  void ThinOld(std::vector<FrameRecord>* records) const;
   void AdjustAll();
   /// Adjusts the maps and gives all frames their final poses; on failure those they had remain.
   void Finish(SlamResult* result);

@@ -297,6 +297,22 @@ TEST(Slam, SurvivesFramesWithoutKeypoints) {
   EXPECT_EQ(run.result.frames[30].reason, "no pose from 0 key points");
 }
 
+TEST(Slam, KeepsLittleOfFramesLongPast) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3);
+  SystemOptions options;
+  options.full_record_frames = 10;
+  options.old_record_landmarks = 40;
+  const Outcome run = Fly(flight, Schedule::kSequential, options);
+  ASSERT_EQ(run.result.frames.size(), 80u);
+  EXPECT_EQ(Located(run.result), 80);
+  EXPECT_LT(PathError(run.result, flight), 0.05);
+  for (size_t i = 20; i < 80; ++i) {
+    const FrameRecord& record = run.result.frames[i];
+    EXPECT_GT(record.landmark_count, 40);
+    EXPECT_EQ(record.seen.size(), i < 70 ? 40u : static_cast<size_t>(record.landmark_count)) << i;
+  }
+}
+
 TEST(ParseSchedule, KnowsThreeNames) {
   EXPECT_EQ(ParseSchedule("sequential"), Schedule::kSequential);
   EXPECT_EQ(ParseSchedule("threaded"), Schedule::kThreaded);

@@ -110,14 +110,17 @@ TrackingResult Tracker::Resume(const Frame& frame, std::shared_ptr<const LocalMa
 }
 
 void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
-  const bool in_other_map = !local_map_ || local_map->map != local_map_->map;
-  const bool knows_reference = last_ && FindKeyframe(*local_map, last_->anchored.keyframe);
-  if (in_other_map && !knows_reference) return;
+  if (!local_map_) return;
+  const bool in_other_map = local_map->map != local_map_->map;
   local_map_ = std::move(local_map);
   if (!last_) return;
   AnchoredPose& pose = last_->anchored;
   const LocalKeyframe* reference = FindKeyframe(*local_map_, pose.keyframe);
-  if (!reference) return;
+  if (!reference) {
+    // In the world of another map what is known of the motion means nothing.
+    if (in_other_map) motion_.Reset();
+    return;
+  }
   const double growth = reference->scale / pose.keyframe_scale;
   pose.cam_from_keyframe =
       SE3(pose.cam_from_keyframe.rotation(), growth * pose.cam_from_keyframe.translation());

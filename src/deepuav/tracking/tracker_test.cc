@@ -286,18 +286,30 @@ TEST_F(TrackerTest, ResumesWhereAFrameWasFoundAndAsksForAKeyframe) {
   EXPECT_TRUE(Track(6, At({2, 0, 0})).pose);
 }
 
-TEST_F(TrackerTest, IgnoresTheLocalMapOfAnotherMap) {
+TEST_F(TrackerTest, TakesNoLocalMapBeforeItBegins) {
   tracker_.UseLocalMap(local_map_);
   EXPECT_EQ(Track(0, At({0, 0, 0})).state, TrackingState::kInitialising);
+}
+
+TEST_F(TrackerTest, GoesOnInAnotherMapThatLostItsKeyframe) {
   tracker_.Begin(local_map_);
   ASSERT_TRUE(Track(1, At({2, 0, 0})).pose);
+  ASSERT_TRUE(Track(2, At({2.1, 0, 0})).pose);
+  const SE3 moved = SE3::Exp((Vector6d() << 30, -20, 5, 0.4, 1, -2).finished());
   auto other = std::make_shared<LocalMap>(*local_map_);
   other->map = MapId{7};
-  for (LocalKeyframe& keyframe : other->keyframes) keyframe.id.value += 1000;
+  for (LocalKeyframe& keyframe : other->keyframes) {
+    keyframe.id.value += 1000;
+    keyframe.cam_from_world = keyframe.cam_from_world * moved.Inverse();
+  }
+  for (LocalLandmark& landmark : other->landmarks) {
+    landmark.position_world = moved * landmark.position_world;
+    landmark.mean_view_direction = moved.rotation() * landmark.mean_view_direction;
+  }
   tracker_.UseLocalMap(other);
-  const TrackingResult result = Track(2, At({2, 0, 0}));
+  const TrackingResult result = Track(3, At({2.2, 0, 0}));
   ASSERT_TRUE(result.pose);
-  EXPECT_EQ(result.pose->map, made_->map.id());
+  EXPECT_EQ(result.pose->map, MapId{7});
 }
 
 TEST(TrackingOptions, RefusesWhatCannotBe) {

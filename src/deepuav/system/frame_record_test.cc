@@ -1,0 +1,41 @@
+#include "deepuav/system/frame_record.h"
+
+#include <gtest/gtest.h>
+
+namespace deepuav {
+namespace {
+
+FrameRecord Seeing(int landmarks) {
+  FrameRecord record;
+  record.landmark_count = landmarks;
+  for (int i = 0; i < landmarks; ++i) record.seen.push_back({LandmarkId{i}, {0, 0}, 1});
+  return record;
+}
+
+TEST(Thin, KeepsSomeOfEachPart) {
+  FrameRecord record = Seeing(500);
+  Thin(80, &record);
+  ASSERT_EQ(record.seen.size(), 80u);
+  EXPECT_EQ(record.seen.capacity(), 80u) << "the memory is given back";
+  EXPECT_EQ(record.landmark_count, 500);
+  EXPECT_EQ(record.seen.front().landmark, LandmarkId{0});
+  for (size_t i = 1; i < record.seen.size(); ++i) {
+    const int64_t step = record.seen[i].landmark.value - record.seen[i - 1].landmark.value;
+    EXPECT_GE(step, 6);
+    EXPECT_LE(step, 7);
+  }
+}
+
+TEST(Thin, LeavesFewAlone) {
+  for (int landmarks : {0, 1, 80}) {
+    FrameRecord record = Seeing(landmarks);
+    Thin(80, &record);
+    EXPECT_EQ(record.seen.size(), static_cast<size_t>(landmarks));
+  }
+  FrameRecord record = Seeing(5);
+  Thin(0, &record);
+  EXPECT_TRUE(record.seen.empty());
+}
+
+}  // namespace
+}  // namespace deepuav
