@@ -79,6 +79,21 @@ TEST_F(ReportTest, WrongFoldersAreErrorsThatNameTheFile) {
               testing::Throws<Error>(testing::Property(&Error::what, HasSubstr("summary.json"))));
 }
 
+TEST_F(ReportTest, WhatIsNoSummaryIsAnErrorThatNamesTheField) {
+  const std::string right = R"("version": "1", "main_map": 0, "dataset": {"path": ""})";
+  for (const auto& [text, part] : std::vector<std::pair<std::string, std::string>>{
+           {"{}", "has no version"},
+           {"{", "is no JSON: parse error"},
+           {"{" + right + R"(, "maps": {"id": 0}})", "maps is"},
+           {"{" + right + R"(, "frames": {"processed": "all"}})", "frames/* is"},
+           {"{" + right + R"(, "stages": {"track": 5}})", "stages/* is '5'"}}) {
+    std::ofstream(folder_ / "a/run/summary.json") << text;
+    EXPECT_THAT([&] { ReadRunFolder(folder_ / "a/run"); },
+                testing::Throws<Error>(testing::Property(
+                    &Error::what, testing::AllOf(HasSubstr("summary.json"), HasSubstr(part)))));
+  }
+}
+
 TEST_F(ReportTest, NamesTellRunsApart) {
   WriteRun(folder_ / "b" / "run", 2);
   std::vector<RunFolder> runs = {ReadRunFolder(folder_ / "a/run"),

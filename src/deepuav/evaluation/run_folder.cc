@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <string_view>
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/text_file.h"
@@ -11,15 +12,72 @@ namespace {
 
 constexpr size_t kMaxSummaryBytes = size_t{64} << 20;
 
-nlohmann::ordered_json ReadSummary(const std::filesystem::path& file) {
-  const std::string text = ReadBytes(file, kMaxSummaryBytes);
-  try {
-    nlohmann::ordered_json summary = nlohmann::ordered_json::parse(text);
-    if (summary.is_object()) return summary;
-  } catch (const nlohmann::json::exception& exception) {
-    throw Error("{}: is no JSON: {}", file.string(), OneLine(exception.what()));
+using Json = nlohmann::ordered_json;
+
+/// A field that the page reads. `place` may pass through every member of an object or every element
+/// of an array by "*".
+struct SummaryField {
+  const char* place;
+  bool (Json::*has_type)() const noexcept;
+  const char* expected;
+  bool required = false;
+};
+
+constexpr SummaryField kSummaryFields[] = {
+    {"version", &Json::is_string, "a text", true},
+    {"main_map", &Json::is_number_integer, "a whole number", true},
+    {"dataset", &Json::is_object, "an object", true},
+    {"dataset/path", &Json::is_string, "a text", true},
+    {"dataset/camera_file", &Json::is_string, "a text"},
+    {"schedule", &Json::is_string, "a text"},
+    {"frames", &Json::is_object, "an object"},
+    {"frames/*", &Json::is_number, "a number"},
+    {"maps", &Json::is_array, "a list"},
+    {"maps/*", &Json::is_object, "an object"},
+    {"maps/*/*", &Json::is_number, "a number"},
+    {"wall_s", &Json::is_number, "a number"},
+    {"peak_resident_mb", &Json::is_number, "a number"},
+    {"stages", &Json::is_object, "an object"},
+    {"stages/*", &Json::is_object, "an object"},
+    {"stages/*/*", &Json::is_number, "a number"},
+    {"options", &Json::is_object, "an object"}};
+
+/// `rest` is what of the field's place lies below `value`.
+void CheckField(const Json& value, std::string_view rest, const SummaryField& field,
+                const std::string& file) {
+  if (rest.empty()) {
+    if ((value.*field.has_type)()) return;
+    throw Error("{}: {} is {}: expected {} as in the summary of a run", file, field.place,
+                Quoted(value.dump(-1, ' ', false, Json::error_handler_t::replace)), field.expected);
   }
-  throw Error("{}: is no JSON object: expected the summary of a run", file.string());
+  const size_t end = std::min(rest.find('/'), rest.size());
+  const std::string key(rest.substr(0, end));
+  rest.remove_prefix(std::min(end + 1, rest.size()));
+  if (key == "*") {
+    for (const Json& member : value) CheckField(member, rest, field, file);
+  } else if (value.contains(key)) {
+    CheckField(value.at(key), rest, field, file);
+  } else if (field.required) {
+    throw Error("{}: has no {}: expected the summary of a run", file, field.place);
+  }
+}
+
+Json ReadSummary(const std::filesystem::path& file) {
+  const std::string text = ReadBytes(file, kMaxSummaryBytes);
+  Json summary;
+  try {
+    summary = Json::parse(text);
+  } catch (const nlohmann::json::exception& exception) {
+    const std::string reason = OneLine(exception.what());  // "[json.exception...] what is wrong"
+    const size_t prefix = reason.find("] ");
+    throw Error("{}: is no JSON: {}", file.string(),
+                prefix == std::string::npos ? reason : reason.substr(prefix + 2));
+  }
+  if (!summary.is_object())
+    throw Error("{}: is no JSON object: expected the summary of a run", file.string());
+  for (const SummaryField& field : kSummaryFields)
+    CheckField(summary, field.place, field, file.string());
+  return summary;
 }
 
 /// The poses of a file that may hold none.

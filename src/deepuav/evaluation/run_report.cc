@@ -120,12 +120,12 @@ Json StagesJson(const RunFolder& run) {
   return stages;
 }
 
-/// The dataset of the run, if it is still where it was.
+/// The dataset of the run, if it is still where it was, with the camera that the run was given.
 std::unique_ptr<Dataset> DatasetOf(const RunFolder& run) {
   const std::filesystem::path path = run.Text("/dataset/path");
   if (path.empty() || !std::filesystem::exists(path)) return nullptr;
   try {
-    return OpenDataset(path);
+    return OpenDataset(path, {run.Text("/dataset/camera_file")});
   } catch (const Error& error) {
     Log().warn("{}: no pictures: {}", run.name, error.what());
     return nullptr;

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/io/euroc_sensor.h"
+#include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
@@ -15,16 +17,55 @@ constexpr const char* kCameraTruthFiles[] = {"groundtruth_cam0.csv", "groundtrut
 constexpr const char* kBodyTruthFile = "mav0/state_groundtruth_estimate0/data.csv";
 constexpr const char *kReceiverFile = "mav0/gps0/data.csv", *kCameraFolder = "cam0",
                      *kSensorFile = "sensor.yaml";
+constexpr const char* kKittiTimesFile = "times.txt";
 
-Trajectory ReadBodyTruth(const std::filesystem::path& folder) {
-  const std::optional<SE3> body_from_cam = OpenDataset(folder)->BodyFromCam();
-  if (!body_from_cam) {
-    throw Error(
-        "{}: found no T_BS, expected it to turn the poses of the body in {} into the camera's",
-        folder.string(), kBodyTruthFile);
+/// The file of times that goes with KITTI poses: beside them, or in the sequence's folder of
+/// KITTI's own layout (poses/00.txt, sequences/00/times.txt). Empty where there is none.
+std::filesystem::path KittiTimes(const std::filesystem::path& poses) {
+  const std::filesystem::path folder = std::filesystem::absolute(poses).parent_path();
+  for (const std::filesystem::path& times :
+       {folder / kKittiTimesFile,
+        folder.parent_path() / "sequences" / poses.stem() / kKittiTimesFile}) {
+    if (std::filesystem::exists(times)) return times;
   }
+  return {};
+}
+
+/// KITTI poses with their times, or nothing where no file of times suits them.
+std::optional<Trajectory> TimedKittiPoses(const std::filesystem::path& file) {
+  const std::filesystem::path times = KittiTimes(file);
+  if (times.empty()) return std::nullopt;
+  const size_t poses = TextFile(file).lines().size(), lines = TextFile(times).lines().size();
+  if (lines == poses) return ReadTrajectory(file, times);
+  Log().warn("{}: not used: holds {} times for the {} poses of {}", times.string(), lines, poses,
+             file.string());
+  return std::nullopt;
+}
+
+Trajectory UntimedKittiPoses(const std::filesystem::path& file) {
+  Log().warn("{}: no {} goes with these KITTI poses: pose i is taken at i seconds", file.string(),
+             kKittiTimesFile);
+  return ReadTrajectory(file);
+}
+
+Truth ReadPoses(const std::filesystem::path& file) {
+  if (!HoldsKittiPoses(file)) return {.trajectory = ReadTrajectory(file)};
+  const std::optional<Trajectory> timed = TimedKittiPoses(file);
+  return {.trajectory = timed ? *timed : UntimedKittiPoses(file), .has_pose_numbers = true};
+}
+
+/// Of a EuRoC dataset. Its calibration may be no use, as the run may have had another.
+Trajectory ReadBodyTruth(const std::filesystem::path& folder) {
+  const std::filesystem::path sensor = folder / "mav0" / kCameraFolder / kSensorFile;
+  if (!std::filesystem::exists(sensor)) {
+    throw Error(
+        "{}: no such file: expected it for its T_BS, which turns the poses of the body in {} into "
+        "the camera's",
+        sensor.string(), kBodyTruthFile);
+  }
+  const SE3 body_from_cam = ReadEurocBodyFromSensor(sensor);
   Trajectory trajectory = ReadTrajectory(folder / kBodyTruthFile);
-  for (TimedPose& pose : trajectory) pose.world_from_cam = pose.world_from_cam * *body_from_cam;
+  for (TimedPose& pose : trajectory) pose.world_from_cam = pose.world_from_cam * body_from_cam;
   return trajectory;
 }
 
@@ -49,7 +90,7 @@ Eigen::Vector3d AntennaInCamera(const std::filesystem::path& receiver_file) {
   if (!std::filesystem::exists(sensor) || !std::filesystem::exists(camera)) {
     return Eigen::Vector3d::Zero();
   }
-  const SE3 body_from_cam = ReadEurocSensor(camera).body_from_cam;
+  const SE3 body_from_cam = ReadEurocBodyFromSensor(camera);
   return body_from_cam.Inverse() * ReadEurocBodyFromSensor(sensor).translation();
 }
 
@@ -62,13 +103,7 @@ Truth ReadReceiver(const std::filesystem::path& file, bool use_altitude) {
 }
 
 Truth ReadPhotographs(const std::filesystem::path& folder, bool use_altitude) {
-  const std::unique_ptr<Dataset> dataset = OpenDataset(folder);
-  std::vector<TimedFix> fixes;
-  for (int frame = 0; frame < dataset->size(); ++frame) {
-    if (const std::optional<GeoFix> fix = dataset->Fix(frame)) {
-      fixes.push_back({dataset->Time(frame), *fix});
-    }
-  }
+  const std::vector<TimedFix> fixes = ReadPhotographFixes(folder);
   if (fixes.empty()) {
     throw Error("{}: found no truth, expected {}, {}, {}, {} or photographs with EXIF positions",
                 folder.string(), kCameraTruthFiles[0], kCameraTruthFiles[1], kBodyTruthFile,
@@ -102,16 +137,26 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
   if (!std::filesystem::exists(path)) throw Error("{}: no such file or folder", path.string());
   if (!std::filesystem::is_directory(path)) {
     if (IsGnssFile(path)) return ReadReceiver(path, options.altitude);
-    return {.trajectory = ReadTrajectory(path)};
+    return ReadPoses(path);
   }
   for (const char* name : kCameraTruthFiles) {
-    if (std::filesystem::exists(path / name)) return {.trajectory = ReadTrajectory(path / name)};
+    if (std::filesystem::exists(path / name)) return ReadPoses(path / name);
   }
   if (std::filesystem::exists(path / kBodyTruthFile)) return {.trajectory = ReadBodyTruth(path)};
   if (std::filesystem::exists(path / kReceiverFile)) {
     return ReadReceiver(path / kReceiverFile, options.altitude);
   }
   return ReadPhotographs(path, options.altitude && options.photograph_altitude);
+}
+
+Trajectory LoadEstimate(const std::filesystem::path& file, const Truth& truth) {
+  if (!HoldsKittiPoses(file)) return ReadTrajectory(file);
+  if (std::optional<Trajectory> timed = TimedKittiPoses(file)) return *timed;
+  Trajectory poses = ReadTrajectory(file);
+  if (!truth.has_pose_numbers || poses.size() != truth.trajectory.size())
+    return UntimedKittiPoses(file);
+  for (size_t i = 0; i < poses.size(); ++i) poses[i].time = truth.trajectory[i].time;
+  return poses;
 }
 
 }  // namespace deepuav

@@ -12,9 +12,10 @@ namespace deepuav {
 /// What an estimate is judged by.
 struct Truth {
   Trajectory trajectory;
-  bool has_orientation = true;  ///< False for fixes: the poses' rotations then mean nothing.
-  bool has_altitude = true;     ///< False: z means nothing, and errors are horizontal.
-  bool has_own_clock = false;   ///< Taken at other moments than the images, as by a receiver.
+  bool has_orientation = true;    ///< False for fixes: the poses' rotations then mean nothing.
+  bool has_altitude = true;       ///< False: z means nothing, and errors are horizontal.
+  bool has_own_clock = false;     ///< Taken at other moments than the images, as by a receiver.
+  bool has_pose_numbers = false;  ///< Of KITTI: its poses are told apart by their lines.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();  ///< Whose positions they are.
 };
 
@@ -28,13 +29,18 @@ struct TruthOptions {
   bool photograph_altitude = false;  ///< Of EXIF: often of another origin, or a constant.
 };
 
-/// Reads a file of poses as ReadTrajectory does or of fixes as ReadGnssFile does; of a folder with
-/// images the truth that lies in it: groundtruth_cam0.csv, groundtruth.txt,
+/// Reads a file of poses as ReadTrajectory does (those of KITTI with the times.txt beside them, or
+/// that of the folder sequences/NAME beside theirs where they are called NAME.txt, if it has a line
+/// for each; else pose i is at i seconds, and a warning says so) or of fixes as ReadGnssFile does;
+/// of a folder with images the truth that lies in it: groundtruth_cam0.csv, groundtruth.txt,
 /// mav0/state_groundtruth_estimate0/data.csv (poses of the body, turned into the camera's by the
 /// dataset's body_from_cam), mav0/gps0/data.csv, else the photographs' EXIF positions. The
 /// antenna's place is known where a sensor.yaml with T_BS lies beside the file of fixes and in the
 /// folder cam0 beside that. Throws Error if there is no truth.
 Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options = {});
+/// Reads the poses to be judged. Those of KITTI without a times.txt have the times of a truth of
+/// KITTI with as many poses.
+Trajectory LoadEstimate(const std::filesystem::path& file, const Truth& truth);
 inline Truth LoadTruth(const std::filesystem::path& path, bool use_altitude) {
   return LoadTruth(path, TruthOptions{.altitude = use_altitude});
 }

@@ -45,6 +45,27 @@ TEST(LoadTruth, TakesAFileOrTheFileInAFolder) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(LoadTruth, KittiPosesTakeTheirTimesFromTimesTxt) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "deepuav_kitti_truth_test";
+  fs::create_directories(folder / "poses");
+  fs::create_directories(folder / "sequences/00");
+  const fs::path poses = folder / "poses/00.txt", estimate = folder / "estimate.txt";
+  for (const fs::path& file : {poses, estimate})
+    std::ofstream(file) << "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n";
+  EXPECT_EQ(LoadTruth(poses).trajectory[1].time, AtSeconds(1));
+  std::ofstream(folder / "sequences/00/times.txt") << "0\n0.1\n0.2\n";
+  EXPECT_EQ(LoadTruth(poses).trajectory[1].time, AtSeconds(1)) << "not one line a pose";
+  std::ofstream(folder / "sequences/00/times.txt") << "0\n0.1\n";
+  const Truth truth = LoadTruth(poses);
+  EXPECT_EQ(truth.trajectory[1].time, AtSeconds(0.1));
+  EXPECT_EQ(LoadEstimate(estimate, truth)[1].time, AtSeconds(0.1));
+  EXPECT_EQ(LoadEstimate(estimate, {})[1].time, AtSeconds(1));
+  std::ofstream(folder / "poses/times.txt") << "5\n6.5\n";
+  EXPECT_EQ(LoadTruth(poses).trajectory[1].time, AtSeconds(6.5)) << "beside the poses";
+  fs::remove_all(folder);
+}
+
 TEST(LoadTruth, AMissingPathIsAnErrorThatNamesIt) {
   try {
     LoadTruth("/nowhere/truth.txt");

@@ -29,19 +29,41 @@ bool HoldsPhotographs(const fs::path& folder) {
                      [](const auto& entry) { return IsImageFileName(entry.path()); });
 }
 
-std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& options) {
-  if (fs::is_directory(path / "mav0")) return OpenEuroc(path / "mav0", options);
-  if (fs::is_directory(path / "cam0")) return OpenEuroc(path, options);
-  if (fs::exists(path / "rgb.txt")) return OpenTum(path, options);
-  if (fs::is_directory(path / "image_0")) return OpenKitti(path, options);
-  if (HoldsPhotographs(path)) return OpenPhotographs(path, path, options);
-  if (HoldsPhotographs(path / "images")) return OpenPhotographs(path, path / "images", options);
+enum class Layout { kEuroc, kTum, kKitti, kPhotographs };
+
+struct FoundLayout {
+  Layout layout;
+  fs::path images;  ///< The folder that its reader starts from.
+};
+
+FoundLayout FindLayout(const fs::path& path) {
+  if (fs::is_directory(path / "mav0")) return {Layout::kEuroc, path / "mav0"};
+  if (fs::is_directory(path / "cam0")) return {Layout::kEuroc, path};
+  if (fs::exists(path / "rgb.txt")) return {Layout::kTum, path};
+  if (fs::is_directory(path / "image_0")) return {Layout::kKitti, path};
+  if (HoldsPhotographs(path)) return {Layout::kPhotographs, path};
+  if (HoldsPhotographs(path / "images")) return {Layout::kPhotographs, path / "images"};
   if (fs::is_empty(path)) throw Error("{}: the folder is empty: expected a dataset", path.string());
   throw Error(
       "{}: no known layout: expected EuRoC (mav0/), TUM (rgb.txt), KITTI (image_0/, times.txt, "
       "calib.txt), or "
       "photographs (jpg, png, tif; here or in images/)",
       path.string());
+}
+
+std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& options) {
+  const FoundLayout found = FindLayout(path);
+  switch (found.layout) {
+    case Layout::kEuroc:
+      return OpenEuroc(found.images, options);
+    case Layout::kTum:
+      return OpenTum(found.images, options);
+    case Layout::kKitti:
+      return OpenKitti(found.images, options);
+    case Layout::kPhotographs:
+      break;
+  }
+  return OpenPhotographs(path, found.images, options);
 }
 
 }  // namespace
@@ -55,6 +77,14 @@ std::unique_ptr<Dataset> OpenDataset(const fs::path& path, const DatasetOptions&
       "{}: is no folder and no known video: expected mp4, mov, m4v, avi, mkv, mpg, mpeg, ts or "
       "webm",
       path.string());
+} catch (const fs::filesystem_error& error) {
+  throw Error("{}: cannot be read: {}", error.path1().string(), error.code().message());
+}
+
+std::vector<TimedFix> ReadPhotographFixes(const fs::path& folder) try {
+  const FoundLayout found = FindLayout(folder);
+  if (found.layout != Layout::kPhotographs) return {};
+  return FixesOfPhotographs(found.images);
 } catch (const fs::filesystem_error& error) {
   throw Error("{}: cannot be read: {}", error.path1().string(), error.code().message());
 }

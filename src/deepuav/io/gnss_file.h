@@ -33,4 +33,9 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// what is no number, outside of the globe or goes back in time, and for a file without fixes.
 std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file);
 
+/// The EXIF positions of a folder of photographs (here or in images/), in the order and with the
+/// times that OpenDataset gives them, but without need of a calibration. Empty for a dataset of
+/// another layout. Throws Error as OpenDataset does for a folder that is no dataset.
+std::vector<TimedFix> ReadPhotographFixes(const std::filesystem::path& folder);
+
 }  // namespace deepuav

@@ -2,8 +2,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "deepuav/io/dataset.h"
+#include "deepuav/io/gnss_file.h"
 
 namespace deepuav {
 
@@ -26,6 +28,9 @@ std::unique_ptr<Dataset> OpenKitti(const std::filesystem::path& folder,
 std::unique_ptr<Dataset> OpenPhotographs(const std::filesystem::path& folder,
                                          const std::filesystem::path& images,
                                          const DatasetOptions& options);
+
+/// The positions of those photographs.
+std::vector<TimedFix> FixesOfPhotographs(const std::filesystem::path& images);
 
 /// A video with STEM.yaml or camera.yaml beside it.
 std::unique_ptr<Dataset> OpenVideo(const std::filesystem::path& file,

@@ -135,4 +135,13 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
   return MakeImageFileDataset(std::move(sequence));
 }
 
+std::vector<TimedFix> FixesOfPhotographs(const fs::path& images) {
+  std::vector<Photograph> photographs = ListPhotographs(images);
+  std::vector<TimedFix> fixes;
+  for (const ImageFileFrame& frame : OrderFrames(images, &photographs)) {
+    if (frame.fix) fixes.push_back({frame.time, *frame.fix});
+  }
+  return fixes;
+}
+
 }  // namespace deepuav

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "deepuav/io/dataset.h"
+#include "deepuav/io/gnss_file.h"
 #include "deepuav/io/testing/io_test_support.h"
 
 namespace deepuav {
@@ -98,6 +99,19 @@ TEST_F(PhotoDatasetTest, WithoutFocalLengthIsAnError) {
       message.starts_with((folder_.path() / "a.png").string() + ": EXIF gives no focal length"))
       << message;
   EXPECT_NE(message.find("camera.yaml"), std::string::npos);
+}
+
+TEST_F(PhotoDatasetTest, FixesNeedNoCalibration) {
+  TestExif exif = Drone();
+  exif.model = "unknown";
+  exif.focal_length_mm = 0;
+  exif.focal_length_35mm = 0;
+  WritePhotograph("images/b.jpg", "2018:04:29 12:06:46", exif);
+  WritePhotograph("images/a.jpg", "2018:04:29 12:06:52", exif);
+  const std::vector<TimedFix> fixes = ReadPhotographFixes(folder_.path());
+  ASSERT_EQ(fixes.size(), 2u);
+  EXPECT_EQ(SecondsBetween(fixes[0].time, fixes[1].time), 6);
+  EXPECT_NEAR(fixes[1].fix.longitude_deg, -82.25, 1e-8);
 }
 
 TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {

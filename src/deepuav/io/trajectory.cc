@@ -106,13 +106,21 @@ void SetTimes(const std::filesystem::path& times, const std::filesystem::path& p
   }
 }
 
+Format FormatOf(const TextFile& text, const std::filesystem::path& file) {
+  if (text.lines().empty()) throw Error("{}: holds no pose", file.string());
+  return FormatOf(text.lines().front(), text.Where(text.lines().front()));
+}
+
 }  // namespace
+
+bool HoldsKittiPoses(const std::filesystem::path& file) {
+  return FormatOf(TextFile(file), file) == Format::kKitti;
+}
 
 Trajectory ReadTrajectory(const std::filesystem::path& file,
                           const std::filesystem::path& kitti_times) {
   const TextFile text(file);
-  if (text.lines().empty()) throw Error("{}: holds no pose", file.string());
-  const Format format = FormatOf(text.lines().front(), text.Where(text.lines().front()));
+  const Format format = FormatOf(text, file);
   if (!kitti_times.empty() && format != Format::kKitti) {
     throw Error("{}: has times of its own: expected KITTI poses to go with {}", file.string(),
                 kitti_times.string());

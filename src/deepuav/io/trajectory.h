@@ -25,6 +25,10 @@ using Trajectory = std::vector<TimedPose>;
 Trajectory ReadTrajectory(const std::filesystem::path& file,
                           const std::filesystem::path& kitti_times = {});
 
+/// Whether the first line of a file is a KITTI pose, which says nothing of its time. Throws Error
+/// where ReadTrajectory does for that line.
+bool HoldsKittiPoses(const std::filesystem::path& file);
+
 /// TUM format, written to a temporary name and renamed. Nine decimals: seconds exact, metres to the
 /// nanometre. Throws Error naming the file and the reason, also for a pose that is not finite.
 void WriteTrajectory(const std::filesystem::path& file, const Trajectory& trajectory);
