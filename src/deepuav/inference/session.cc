@@ -97,6 +97,15 @@ void CheckIsFile(const std::filesystem::path& file) {
   }
 }
 
+// Names the file that the user gave, too.
+void CheckHasWeights(const std::filesystem::path& xml) {
+  std::error_code status;
+  if (!std::filesystem::is_regular_file(WeightsOf(xml), status)) {
+    throw Error("{}: has no weights: expected its {} beside it", xml.string(),
+                WeightsOf(xml).filename().string());
+  }
+}
+
 // Asked first, as the runtime tries its readers of other formats on a file that is no ONNX, and
 // those complain on stderr.
 bool LooksLikeOnnx(const std::filesystem::path& model) {
@@ -107,7 +116,7 @@ bool LooksLikeOnnx(const std::filesystem::path& model) {
 std::shared_ptr<ov::Model> ReadModel(const std::filesystem::path& model) {
   CheckIsFile(model);
   if (model.extension() == ".xml") {
-    CheckIsFile(WeightsOf(model));
+    CheckHasWeights(model);
   } else if (!LooksLikeOnnx(model)) {
     throw Error("{}: no network that can be read: expected ONNX, or OpenVINO's .xml",
                 model.string());
@@ -177,7 +186,10 @@ std::string ShapeText(const TensorShape& shape) {
 
 std::string ModelSha256(const std::filesystem::path& model) {
   CheckIsFile(model);
-  if (model.extension() == ".xml") return Sha256OfFiles({model, WeightsOf(model)});
+  if (model.extension() == ".xml") {
+    CheckHasWeights(model);
+    return Sha256OfFiles({model, WeightsOf(model)});
+  }
   return Sha256OfFiles({model});
 }
 

@@ -178,7 +178,8 @@ TEST_F(SessionTest, FilesThatAreNoModelAreNamed) {
     ExpectError([&] { Session(empty, Fp32()); }, name, "no network");
   }
   std::filesystem::remove(folder_ / "doubling.bin");
-  ExpectError([&] { Session(doubling_, Fp32()); }, "doubling.bin", "no such file");
+  ExpectError([&] { Session(doubling_, Fp32()); }, "doubling.xml", "its doubling.bin");
+  ExpectError([&] { ModelSha256(doubling_); }, "doubling.xml", "its doubling.bin");
 }
 
 TEST_F(SessionTest, WrongShapesAreRefused) {
