@@ -148,9 +148,9 @@ def main() -> None:
     config = load_config(TrainConfig, arguments.config)
     start_run(config, arguments)
     labels = load_config(LabelConfig, config.labels)
-    source = PairSource(training_views(labels), labels.images, labels.cache, labels.views,
-                        config.pairs, config.seed)
-    _LOG.info("%d labelled views", len(source))
+    views = training_views(labels)
+    source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
+    _LOG.info("%d of %d views labelled", len(source), len(views))
     finish_run(new_state(config), objective(source, config), config, arguments,
                lambda path, state: start(path, state, source))
 

@@ -5,7 +5,8 @@ from deepuav_training.adaptation import AdaptationConfig, adapt
 from deepuav_training.config import from_mapping
 from deepuav_training.data.homography import translation_matrix
 from deepuav_training.data.manifest import Photograph, SplitConfig, split_photographs
-from deepuav_training.data.pairs import cell_labels, known_cells
+from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, known_cells
+from deepuav_training.data.views import View, ViewConfig
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import DetectionConfig, detect, probability_map
 from deepuav_training.label import LabelConfig
@@ -49,6 +50,12 @@ def test_cells_outside_the_labelled_view_are_unknown():
     known = known_cells(translation_matrix((16.0, 0.0)), 64, 48, 0)
     assert not known[:, :2].any() and known[:, 2:].all()
     assert not known_cells(np.eye(3), 64, 48, 6)[0].any()
+
+
+def test_no_labelled_view_is_an_error_that_names_folder_and_command(tmp_path):
+    views = [View(0, Photograph("a.jpg", "s", "p"), np.eye(3))]
+    with pytest.raises(TrainingError, match=f"{tmp_path}.* 1 views.*deepuav_training.label"):
+        PairSource(views, tmp_path, tmp_path, ViewConfig(), PairConfig(), 1)
 
 
 def test_cached_labels_come_back(tmp_path):

@@ -11,9 +11,9 @@ from deepuav_training.data.homography import (HomographyConfig, inside, sample_h
                                               warp_image, warp_points)
 from deepuav_training.data.photometric import PhotometricConfig, degrade
 from deepuav_training.data.views import View, ViewConfig, load_grey
+from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import CELL
 from deepuav_training.label_cache import Labels, label_path, load_labels
-
 
 @dataclass(frozen=True)
 class PairConfig:
@@ -49,6 +49,9 @@ class PairSource:
                  view_config: ViewConfig, config: PairConfig, seed: int):
         """`images` is the photographs' root, `labels` the cache's folder."""
         self._views = [view for view in views if label_path(labels, view.index).exists()]
+        if not self._views:
+            raise TrainingError(f"{labels}: holds labels of none of {len(views)} views: expected "
+                                "those that python -m deepuav_training.label --config CONFIG makes")
         self._labels, self._config, self._seed = Path(labels), config, seed
         self._width, self._height = view_config.width, view_config.height
         self._photo = functools.cache(lambda file: load_grey(Path(images) / file))
