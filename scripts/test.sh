@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything and runs every test.
-#   scripts/test.sh [--with-training] [--sanitizer address|thread] [CTEST ARGUMENTS...]
+#   scripts/test.sh [--with-training] [--sanitizer address|thread] [-- CTEST ARGUMENTS...]
 # The tests of training/ need PyTorch, 7 GB: --with-training installs it; without, they are skipped where it is not there.
 # Tests on real data look for it in $DEEPUAV_SHARED (../shared by default) and are skipped where it is absent.
 set -euo pipefail
@@ -48,23 +48,32 @@ install_training_packages() {
   cp "$requirements" "$stamp"
 }
 
+wrong_use() {
+  echo "test.sh: $1" >&2
+  exit 2
+}
+
 with_training=false
-if [[ ${1:-} == --with-training ]]; then
-  with_training=true
-  shift
-fi
 preset=release
-if [[ ${1:-} == --sanitizer ]]; then
-  case ${2:-} in
-    address) preset=asan ;;
-    thread) preset=tsan ;;
-    *)
-      echo "test.sh: sanitizer is '${2:-}': expected address or thread" >&2
-      exit 2
+while (($# > 0)); do
+  case $1 in
+    --with-training) with_training=true ;;
+    --sanitizer)
+      case ${2:-} in
+        address) preset=asan ;;
+        thread) preset=tsan ;;
+        *) wrong_use "sanitizer is '${2:-}': expected address or thread" ;;
+      esac
+      shift
       ;;
+    --)
+      shift
+      break
+      ;;
+    *) wrong_use "unknown argument '$1': expected --with-training, --sanitizer NAME or -- and arguments for ctest" ;;
   esac
-  shift 2
-fi
+  shift
+done
 
 scripts/setup.sh --preset "$preset"
 install_packages
