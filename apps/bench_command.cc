@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/logging.h"
 #include "network_bench.h"
@@ -129,7 +130,8 @@ void AddNetworksCommand(CLI::App& app) {
       ->check(CLI::IsMember({"fp32", "bf16", "int8"}));
   command->add_option("--model", arguments->models, "Further networks (.onnx or .xml)");
   command->add_option("--seconds", arguments->options.seconds, "For each line of the table")
-      ->check(CLI::Range(0.0, kLongestS).description(""))
+      ->check(
+          NumberThat([](double s) { return s >= 0 && s <= kLongestS; }, "a number from 0 to 3600"))
       ->capture_default_str();
   command->footer(
       "Prints a Markdown table. What else runs on the machine shows in it.\n"

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "option_arguments.h"
 #include "run_options.h"
@@ -66,9 +67,12 @@ void AddDemoCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("demo", "Simulate a flight, run SLAM on it, evaluate, write the report");
   const auto arguments = std::make_shared<DemoArguments>();
-  command->add_option("--out", arguments->out, "Folder for everything")->capture_default_str();
+  command->add_option("--out", arguments->out, "Folder for everything")
+      ->check(NamedPath())
+      ->capture_default_str();
   command->add_option("--flight", arguments->flight, "As of simulate")->capture_default_str();
   command->add_option("--frames", arguments->frames, "Render at most this many; -1: all")
+      ->check(NumberOfFrames())
       ->capture_default_str();
   AddFeaturesArguments(*command, arguments->networks);
   AddPrecisionArgument(*command, arguments->networks);

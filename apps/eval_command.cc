@@ -3,7 +3,9 @@
 #include <memory>
 #include <string>
 
+#include "argument_checks.h"
 #include "commands.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/evaluation/evaluation.h"
 #include "deepuav/evaluation/evaluation_report.h"
 #include "deepuav/evaluation/trajectory_plot.h"
@@ -22,11 +24,22 @@ struct EvalArguments {
   EvaluationArguments evaluation;
 };
 
+/// Before the work, not after it, it shows that an output cannot be written.
+void CheckOutputs(const EvalArguments& arguments) {
+  for (const std::string& output : {arguments.json, arguments.plot}) {
+    if (output == kStdout) continue;
+    RefuseInputAsOutput(output, {arguments.truth, arguments.estimate});
+    ProbeOutput(output);
+  }
+}
+
 void Eval(EvalArguments arguments) {
+  LogToStderr("warn");
   FinishEvaluationArguments(&arguments.evaluation);
   const EvaluationOptions& options = arguments.evaluation.options;
   const Truth truth = LoadTruth(arguments.truth, arguments.evaluation.truth_options);
-  const Trajectory estimate = ReadTrajectory(arguments.estimate);
+  const Trajectory estimate = LoadEstimate(arguments.estimate, truth);
+  CheckOutputs(arguments);
   const Evaluation evaluation = EvaluateTrajectory(truth, estimate, options);
 
   const std::string json = EvaluationJson(evaluation, options).dump(2) + "\n";
@@ -47,13 +60,15 @@ void AddEvalCommand(CLI::App& app) {
       ->add_option("TRUTH", arguments->truth,
                    "Trajectory, file of position fixes, or dataset folder with its truth")
       ->required()
-      ->check(CLI::ExistingPath);
+      ->check(NamedPath());
   command->add_option("ESTIMATE", arguments->estimate, "Trajectory file")
       ->required()
-      ->check(CLI::ExistingFile);
+      ->check(NamedPath());
   AddEvaluationArguments(command, &arguments->evaluation);
-  command->add_option("--json", arguments->json, "Write all figures as JSON (- for stdout)");
-  command->add_option("--plot", arguments->plot, "Write the trajectories and errors as SVG");
+  command->add_option("--json", arguments->json, "Write all figures as JSON (- for stdout)")
+      ->check(NamedPath());
+  command->add_option("--plot", arguments->plot, "Write the trajectories and errors as SVG")
+      ->check(NamedPath());
   command->footer(
       "Examples:\n"
       "  deepuav eval MH_01_easy out/trajectory.txt --align sim3 --plot errors.svg\n"

@@ -3,23 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/evaluation_report.h"
-#include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
-
-// CLI11's own checks name the largest double in full.
-CLI::Validator NumberThat(bool (*suits)(double), const char* expected) {
-  return CLI::Validator(
-      [=](const std::string& text) {
-        double number = 0;
-        if (IsNumber(text, &number) && suits(number)) return std::string();
-        return fmt::format("{}: expected {}", Quoted(text), expected);
-      },
-      "");
-}
 
 const CLI::Validator kPositive =
     NumberThat([](double number) { return number > 0; }, "a number above 0");

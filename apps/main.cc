@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/io/text_file.h"
@@ -21,6 +23,15 @@ void SilenceLibraries() {
 
 std::string WrongUseMessage(const CLI::App* /*app*/, const CLI::Error& error) {
   return fmt::format("deepuav: {} (--help shows the use)\n", deepuav::OneLine(error.what()));
+}
+
+/// Output may still wait in a buffer, and a full disk behind it is a failure like any other.
+int FinishOutput(int status) {
+  std::cout.flush();
+  const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout;
+  if (is_written || status != 0) return status;
+  std::cerr << "deepuav: stdout: cannot be written\n";
+  return kFailure;
 }
 
 }  // namespace
@@ -46,6 +57,11 @@ int RunProgram(std::vector<std::string> words) {
     std::reverse(words.begin(), words.end());  // as the parser wants them
     app.parse(std::move(words));
     return 0;
+  } catch (const CLI::RequiredError& error) {
+    const std::string unknown = UnknownCommandMessage(app);
+    if (unknown.empty()) return app.exit(error) == 0 ? 0 : kWrongUse;
+    std::cerr << "deepuav: " << unknown << " (--help shows the use)\n";
+    return kWrongUse;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongUse;
   } catch (const ExitStatus& exit) {
@@ -60,5 +76,5 @@ int RunProgram(std::vector<std::string> words) {
 
 int main(int argc, char** argv) {
   SilenceLibraries();
-  return deepuav::RunProgram({argv + 1, argv + argc});
+  return FinishOutput(deepuav::RunProgram({argv + 1, argv + argc}));
 }

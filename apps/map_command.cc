@@ -1,11 +1,13 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/io/colmap_model.h"
@@ -97,11 +99,13 @@ fs::path PathOfMap(const fs::path& out, MapId map) {
 
 void Export(const ExportArguments& arguments) {
   const ExportFormat& format = FormatNamed(arguments.format);
+  RefuseInputAsOutput(arguments.out, {arguments.file});
   const LoadedAtlas loaded = ReadMapFile(arguments.file);
   const std::vector<MapId> maps = ChosenMaps(arguments, loaded.atlas);
   for (const MapId id : maps) {
     const Map& map = loaded.atlas.At(id);
     const fs::path out = maps.size() == 1 ? arguments.out : PathOfMap(arguments.out, id);
+    RefuseInputAsOutput(out, {arguments.file});
     format.write(out, map, loaded);
     std::cout << fmt::format("{}: map {}, {} keyframes, {} landmarks\n", out.string(), id.value,
                              map.KeyframeCount(), map.LandmarkCount());
@@ -129,9 +133,10 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option("--out", arguments->out,
                    "File, or folder for colmap; with several maps -map-N is put into its name")
-      ->required();
+      ->required()
+      ->check(NamedPath());
   command->add_option("--map", arguments->map, "Only this map; all by default")
-      ->check(CLI::NonNegativeNumber.description(""));
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
   command->footer(
       "Examples:\n"
       "  deepuav map export out/map.deepuav --format las --out points.las\n"

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/map_file.h"
@@ -37,12 +38,20 @@ void CheckSameCamera(const std::string& file, const Camera& camera, const Camera
       expected.pinhole.fx);
 }
 
+void CheckSameNetwork(const std::string& file, const MapOrigin& origin, const std::string& first,
+                      const MapOrigin& expected) {
+  if (origin.features == expected.features) return;
+  Log().warn("{}: made with {}, {} with {}: places may not be recognised", file, origin.features,
+             first, expected.features);
+}
+
 /// Puts the maps of all files side by side; `newer` are those of all but the first.
 LoadedAtlas LoadAll(const std::vector<std::string>& files, std::vector<MapId>* newer) {
   LoadedAtlas all = ReadMapFile(files.front());
   for (size_t i = 1; i < files.size(); ++i) {
     const LoadedAtlas more = ReadMapFile(files[i]);
     CheckSameCamera(files[i], more.camera, all.camera);
+    CheckSameNetwork(files[i], more.origin, files.front(), all.origin);
     const MapId first_new = all.atlas.NextMap();
     const auto new_ids = TakeMaps(more.atlas, &all.atlas);
     for (MapId map : all.atlas.Remaining()) {
@@ -59,11 +68,14 @@ void Merge(const MergeArguments& arguments) {
   RunOptions options;
   OptionRegistry registry;
   ReadOptions(arguments.options, &options, &registry);
-  if (!options.places.vocabulary.empty()) ShippedModels().Check(options.places.vocabulary);
+  if (options.places.vocabulary.empty())
+    throw CLI::ValidationError("option places.vocabulary is empty: expected a file");
+  ShippedModels().Check(options.places.vocabulary);
   if (NeedsSuperGlue(options)) ShippedModels().Check(options.superglue.model);
   const Vocabulary vocabulary = Vocabulary::Load(options.places.vocabulary);
   std::vector<MapId> newer;
   LoadedAtlas all = LoadAll(arguments.files, &newer);
+  ProbeOutput(arguments.out);
   const std::unique_ptr<Matcher> matcher = MakeMatcher(options, all.camera);
   const JoiningReport report = JoinMaps(all.camera, options.system,
                                         {nullptr, matcher.get(), &vocabulary}, newer, &all.atlas);
@@ -86,7 +98,7 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("FILES", arguments->files, "Two map.deepuav or more")
       ->required()
       ->expected(kFewest, -1);
-  command->add_option("--out", arguments->out, "File for all maps")->required();
+  command->add_option("--out", arguments->out, "File for all maps")->required()->check(NamedPath());
   AddOptionArguments(*command, arguments->options);
   AddPrecisionArgument(*command, arguments->options);
   AddLogLevelArgument(*command, arguments->log_level);

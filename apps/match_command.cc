@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -29,6 +31,14 @@ struct MatchArguments {
   OptionArguments options;
 };
 
+/// What is drawn is a PNG, and a name that says otherwise misleads who opens it.
+bool CanBeNamed(const fs::path& picture) {
+  std::string ending = picture.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending.empty() || ending == ".png";
+}
+
 void CheckUse(const MatchArguments& arguments) {
   const auto refuse = [](const char* message) { throw CLI::ValidationError(message); };
   if (!arguments.pairs.empty() && !arguments.a.empty())
@@ -38,6 +48,8 @@ void CheckUse(const MatchArguments& arguments) {
                ? "expected two images, or a list of them by --pairs"
                : "expected two images before --draw, which takes a word behind it as its file");
   }
+  if (!CanBeNamed(arguments.picture))
+    refuse("--draw writes PNG: expected a file that ends in .png");
   if (arguments.pairs.empty()) return;
   if (arguments.draw && arguments.out.empty()) refuse("--draw of --pairs: expected --out");
   if (!arguments.picture.empty())
@@ -47,12 +59,6 @@ void CheckUse(const MatchArguments& arguments) {
 std::vector<ImagePair> PairsOf(const MatchArguments& arguments) {
   if (arguments.pairs.empty()) return {{arguments.a, arguments.b, ""}};
   return ReadPairList(arguments.pairs, arguments.images);
-}
-
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Error("{}: cannot make the output folder: {}", folder.string(), error.message());
 }
 
 /// The least score that the matcher lets pass.
@@ -65,7 +71,15 @@ class MatchWriter {
  public:
   MatchWriter(const MatchArguments& arguments, const RunOptions& options)
       : arguments_(arguments), lowest_score_(LowestScore(options)) {
-    if (!arguments_.out.empty()) MakeFolder(arguments_.out);
+    if (!arguments_.out.empty()) MakeOutputFolder(arguments_.out);
+  }
+
+  /// Before the work, not after it, it shows that the first pair's files cannot be written.
+  void Probe(const ImagePair& first) const {
+    if (!arguments_.out.empty()) ProbeOutput(FileOf(0, "txt"));
+    if (!arguments_.draw) return;
+    RefuseInputAsOutput(PictureOf(0), {first.a, first.b});
+    ProbeOutput(PictureOf(0));
   }
 
   void Write(size_t index, const ImagePair& pair, const std::vector<PixelMatch>& matches) {
@@ -119,8 +133,9 @@ void MatchAll(const MatchArguments& arguments) {
   OptionRegistry registry;
   ReadOptions(arguments.options, &options, &registry);
   const std::vector<ImagePair> pairs = PairsOf(arguments);
-  PairMatcher matcher(options, arguments.max_side_px, arguments.headings);
   MatchWriter writer(arguments, options);
+  writer.Probe(pairs.front());
+  PairMatcher matcher(options, arguments.max_side_px, arguments.headings);
   {
     ProgressBar bar(static_cast<int>(pairs.size()), "pairs");
     for (size_t i = 0; i < pairs.size(); ++i) {

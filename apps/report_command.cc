@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -30,10 +31,14 @@ std::filesystem::path TruthOf(const ReportArguments& arguments, size_t index) {
   return arguments.truths.size() == 1 ? arguments.truths[0] : arguments.truths[index];
 }
 
-std::vector<RunReport> MakeReports(const ReportArguments& arguments) {
+std::vector<RunFolder> ReadRuns(const ReportArguments& arguments) {
   std::vector<RunFolder> runs;
   for (const std::filesystem::path& out : arguments.outs) runs.push_back(ReadRunFolder(out));
   MakeNamesUnique(&runs);
+  return runs;
+}
+
+std::vector<RunReport> MakeReports(const ReportArguments& arguments, std::vector<RunFolder> runs) {
   std::vector<RunReport> reports;
   for (size_t i = 0; i < runs.size(); ++i) {
     RunReport& report = reports.emplace_back();
@@ -46,22 +51,28 @@ std::vector<RunReport> MakeReports(const ReportArguments& arguments) {
 }
 
 void WritePlots(const std::filesystem::path& folder, const std::vector<RunReport>& reports) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw Error("{}: cannot make the folder: {}", folder.string(), error.message());
   for (const auto& [name, svg] : ReportPlots(reports)) {
     WriteFileAtomically(folder / name, svg);
     std::cout << (folder / name).string() << "\n";
   }
 }
 
+/// Before the work, not after it, it shows that an output cannot be written.
+void CheckOutputs(const ReportArguments& arguments, const std::filesystem::path& page) {
+  RefuseInputAsOutput(page, arguments.truths);
+  ProbeOutput(page);
+  if (arguments.plots.empty()) return;
+  MakeOutputFolder(arguments.plots);
+  ProbeOutput(arguments.plots / "errors.svg");
+}
+
 void Report(ReportArguments arguments) {
   LogToStderr("warn");
   FinishEvaluationArguments(&arguments.evaluation);
-  const size_t truths = arguments.truths.size(), runs = arguments.outs.size();
-  if (truths > 1 && truths != runs) {
+  const size_t truths = arguments.truths.size(), outs = arguments.outs.size();
+  if (truths > 1 && truths != outs) {
     throw CLI::ValidationError(fmt::format(
-        "--truth names {} for {} runs: expected one for all or one each", truths, runs));
+        "--truth names {} for {} runs: expected one for all or one each", truths, outs));
   }
   try {
     arguments.pictures.Check();
@@ -70,9 +81,11 @@ void Report(ReportArguments arguments) {
     throw CLI::ValidationError(error.what());
   }
 
-  const std::vector<RunReport> reports = MakeReports(arguments);
+  std::vector<RunFolder> runs = ReadRuns(arguments);
   const std::filesystem::path page =
       arguments.html.empty() ? arguments.outs[0] / kPageName : arguments.html;
+  CheckOutputs(arguments, page);
+  const std::vector<RunReport> reports = MakeReports(arguments, std::move(runs));
   WriteFileAtomically(page, ReportPage(reports, DEEPUAV_VERSION, arguments.page));
   std::cout << page.string() << "\n";
   if (!arguments.plots.empty()) WritePlots(arguments.plots, reports);
@@ -89,8 +102,10 @@ void AddReportCommand(CLI::App& app) {
       ->add_option("--truth", arguments->truths,
                    "Truth of all runs or, repeated, of each; default: what their datasets hold")
       ->allow_extra_args(false);
-  command->add_option("--html", arguments->html, "The page; default: report.html in the first OUT");
-  command->add_option("--plots", arguments->plots, "Folder for the plots as SVG, made if absent");
+  command->add_option("--html", arguments->html, "The page; default: report.html in the first OUT")
+      ->check(NamedPath());
+  command->add_option("--plots", arguments->plots, "Folder for the plots as SVG, made if absent")
+      ->check(NamedPath());
   command->add_option("--pairs", arguments->pictures.pairs, "Pairs of keyframes shown of each run")
       ->capture_default_str();
   command->add_option("--points", arguments->page.max_points, "Most points of each cloud")

@@ -5,11 +5,11 @@
 #include <memory>
 #include <optional>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "dataset_images.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/io/atomic_file.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/map_origin.h"
 #include "progress_bar.h"
@@ -35,15 +35,6 @@ struct RunArguments {
   OptionArguments options;
   FrameRange range;
 };
-
-/// Throws Error when no file can be made in it.
-void MakeOutputFolder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw Error("{}: cannot make the output folder: {}", folder.string(), error.message());
-  // Before the work, not after it, it shows that nothing can be written here.
-  const AtomicFile probe(folder / "summary.json");
-}
 
 /// Throws Error where the images were not taken with the maps' camera.
 LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions* options) {
@@ -85,6 +76,7 @@ void Run(const RunArguments& arguments) {
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
+  ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
   options.system.localise_only |= arguments.localise_only;
   if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
   std::optional<LoadedAtlas> loaded;
@@ -103,6 +95,7 @@ void Run(const RunArguments& arguments) {
   std::signal(SIGTERM, RememberSignal);
   RunFacts facts{arguments.dataset,
                  dataset->Kind(),
+                 arguments.camera,
                  arguments.schedule,
                  eyes.extractor().Description(),
                  eyes.matcher().Description(),
@@ -140,8 +133,12 @@ void Run(const RunArguments& arguments) {
 
 void AddArguments(CLI::App& command, RunArguments& arguments) {
   constexpr int kMaxFrame = std::numeric_limits<int>::max();
-  command.add_option("DATASET", arguments.dataset, "Folder or video file")->required();
-  command.add_option("--out", arguments.out, "Folder for the results, made if absent")->required();
+  command.add_option("DATASET", arguments.dataset, "Folder or video file")
+      ->required()
+      ->check(NamedPath());
+  command.add_option("--out", arguments.out, "Folder for the results, made if absent")
+      ->required()
+      ->check(NamedPath());
   AddOptionArguments(command, arguments.options);
   AddFeaturesArguments(command, arguments.options);
   AddPrecisionArgument(command, arguments.options);

@@ -115,7 +115,10 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
   }
   const auto processed = static_cast<int>(result.frames.size());
   return {{"version", DEEPUAV_VERSION},
-          {"dataset", {{"path", facts.dataset_path}, {"kind", facts.dataset_kind}}},
+          {"dataset",
+           {{"path", facts.dataset_path},
+            {"kind", facts.dataset_kind},
+            {"camera_file", facts.camera_file}}},
           {"schedule", facts.schedule},
           {"stopped_early", result.stopped},
           {"frames",

@@ -13,7 +13,9 @@ namespace deepuav {
 
 /// What a run's summary tells besides its result.
 struct RunFacts {
-  std::string dataset_path, dataset_kind, schedule, features, matcher, vocabulary;
+  std::string dataset_path, dataset_kind;
+  std::string camera_file;  ///< Given in place of the dataset's own; else empty.
+  std::string schedule, features, matcher, vocabulary;
   std::vector<UsedModel> models;
   int images = 0;      ///< Asked for.
   int unreadable = 0;  ///< Left out because they could not be read.

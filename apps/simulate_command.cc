@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -86,15 +87,16 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--flight", arguments.choice.flight, "Name of a flight, or its YAML file");
   command.add_option("--scene", arguments.choice.scene,
                      "Name of a scene, or its YAML file; default: the flight's");
-  command.add_option("--out", arguments.out, "Folder for the dataset, made if absent");
+  command.add_option("--out", arguments.out, "Folder for the dataset, made if absent")
+      ->check(NamedPath());
   command.add_option("--seed", arguments.seed, "Seed of wind and noise; default: the flight's")
-      ->check(CLI::NonNegativeNumber.description(""));
+      ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
   command
       .add_option("--set", arguments.choice.assignments,
                   "One option as name=value; may be repeated")
       ->allow_extra_args(false);
   command.add_option("--frames", arguments.frames, "Render at most this many; -1: all")
-      ->check(CLI::Range(-1, std::numeric_limits<int>::max()).description(""))
+      ->check(NumberOfFrames())
       ->capture_default_str();
   command.add_option("--threads", arguments.threads, "Threads that render; 0: one a core")
       ->check(CLI::Range(0, 1024).description(""))

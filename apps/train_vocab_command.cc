@@ -6,6 +6,7 @@
 #include <span>
 
 #include "any_size_extractor.h"
+#include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -117,7 +118,7 @@ void TrainVocab(const TrainVocabArguments& arguments) {
   const TrainVocabOptions options = ReadOptions(arguments.options);
   const ImagesBySource sources = FindImages(arguments.images, arguments.excluded);
   // Before the work, not after it, it shows that the file cannot be written.
-  { const AtomicFile probe(arguments.out); }
+  ProbeOutput(arguments.out);
   ShippedModels().Check(options.features.model);
   const std::vector<Descriptors> images = DescribeAll(
       LoadImages(SampleEvenly(sources, arguments.max_images), arguments.max_side_px), options);
@@ -131,8 +132,10 @@ void AddArguments(CLI::App& command, TrainVocabArguments& arguments) {
   constexpr int kMaxCount = std::numeric_limits<int>::max();
   command.add_option("IMAGES_DIR", arguments.images, "Photographs, also in folders below")
       ->required()
-      ->check(CLI::ExistingDirectory);
-  command.add_option("--out", arguments.out, "File for the vocabulary")->required();
+      ->check(NamedPath());
+  command.add_option("--out", arguments.out, "File for the vocabulary")
+      ->required()
+      ->check(NamedPath());
   command
       .add_option("--exclude", arguments.excluded,
                   "Folder below IMAGES_DIR to leave out; may be repeated")

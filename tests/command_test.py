@@ -147,7 +147,11 @@ class Usage(CommandTest):
 
     def test_wrong_use(self):
         run = ["run", "nowhere", "--out", self.out, "--set", "features.model=x"]
-        for arguments, named in (([], "subcommand"), (["fly"], ""), (["run"], "DATASET"), (["run", "x"], "--out"),
+        for arguments, named in (([], "subcommand"), (["fly"], "unknown command 'fly'"), (["evl"], "'eval'"),
+                                 (["map", "exprt"], "'export'"), (["bench", "network"], "'networks'"),
+                                 (["run"], "DATASET"), (["run", "", "--out", "x"], "DATASET"),
+                                 (["run", "x", "--out", ""], "--out"), (["demo", "--frames", "0"], "--frames"),
+                                 (["run", "x"], "--out"),
                                  (["eval"], "TRUTH"), ([*run, "--nonsense"], "--nonsense"),
                                  ([*run, "--stride", "0"], "--stride"), ([*run, "--start", "-1"], "--start"),
                                  ([*run, "--end", "-2"], "--end"), ([*run, "--end", "x"], "--end"),
@@ -181,6 +185,14 @@ class Usage(CommandTest):
         file.write_text("features:\n  model: x\n  keypoint: 3\n")
         self.expect_failure(call(*run), "options.yaml:3", "'features.keypoint'", "'features.keypoints'",
                             status=WRONG_USE)
+
+
+    def test_full_disk_behind_stdout(self):
+        for arguments in (["simulate", "--list"], ["models", "--json"], ["--help"]):
+            with self.subTest(arguments=arguments), open("/dev/full", "w", encoding="utf-8") as full:
+                result = subprocess.run(command(*arguments), stdout=full, stderr=subprocess.PIPE, text=True,
+                                        env=ENVIRONMENT, timeout=200, check=False)
+                self.assertEqual((result.returncode, result.stderr), (FAILURE, "deepuav: stdout: cannot be written\n"))
 
 
 class WrongInput(CommandTest):
@@ -274,6 +286,14 @@ class WrongInput(CommandTest):
         bad.write_text("".join(f"{t + 1000} {t} 0 0 0 0 0 1\n" for t in range(9)))
         self.expect_failure(call("eval", good, bad))
         self.expect_failure(call("eval", good, good, "--json", self.folder / "absent/figures.json"), "figures.json")
+        text = good.read_text()
+        for option in ("--plot", "--json"):
+            self.expect_failure(call("eval", good, good, option, good), "good.txt", "is the input")
+        self.assertEqual(good.read_text(), text)
+        self.expect_failure(call("eval", good, good, "--plot", self.folder / "absent/plot.svg"), "plot.svg")
+        self.expect_failure(call("eval", self.folder / "absent.txt", good), "absent.txt")
+        self.expect_failure(call("eval", good, self.folder / "absent.txt"), "absent.txt")
+        self.expect_failure(call("train-vocab", self.folder / "absent", "--out", "x"), "absent")
 
 
 @needs_shared

@@ -295,12 +295,32 @@ class Export(MapTest):
         (self.folder / "file").write_text("")
         self.expect_failure(("map", "export", self.map, "--format", "colmap", "--out", self.folder / "file"), "file")
 
+    def test_merge_says_that_networks_differ(self):
+        other = self.folder / "other"
+        int8 = MODEL.with_name("superpoint_small_int8.onnx")
+        call(*run_arguments(SCENE, other, "--end", str(OLD_FRAMES), "--set", f"features.model={int8}"))
+        result = call("map", "merge", self.map, other / "map.deepuav", "--out", self.folder / "absent/file")
+        self.assertIn("places may not be recognised", result.stderr)
+        self.assertIn(int8.name, result.stderr)
+
+    def test_does_not_overwrite_its_input(self):
+        copy = self.folder / "map.deepuav"
+        shutil.copy(self.map, copy)
+        self.expect_failure(("map", "export", copy, "--format", "ply", "--out", copy), "map.deepuav", "is the input")
+        self.assertEqual(copy.read_bytes(), self.map.read_bytes())
+
+    def test_merge_finds_at_once_that_nothing_can_be_written(self):
+        self.expect_failure(("map", "merge", self.map, self.map, "--out", self.folder / "absent/file", "--log-level",
+                             "off"), "absent/file")
+
     def test_wrong_use(self):
         export = ("map", "export", self.map)
         for arguments, part in ((("map",), "subcommand"), (("map", "info"), "FILE"), (export, "--format"),
-                                ((*export, "--format", "ply"), "--out"), (("map", "fly"), ""),
+                                ((*export, "--format", "ply"), "--out"), (("map", "fly"), "'fly'"),
                                 ((*export, "--format", "obj", "--out", "x"), "obj"),
-                                ((*export, "--format", "ply", "--out", "x", "--map", "-1"), "--map")):
+                                ((*export, "--format", "ply", "--out", "x", "--map", "-1"), "0 to 2147483647"),
+                                (("map", "merge", self.map, self.map, "--out", "x", "--set", "places.vocabulary="),
+                                 "places.vocabulary is empty")):
             with self.subTest(arguments=arguments):
                 self.expect_failure(arguments, part, status=WRONG_USE)
 

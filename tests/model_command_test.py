@@ -398,6 +398,8 @@ class Match(ModelTest):
         broken.write_bytes(a.read_bytes()[:500])
         self.expect_failure(call("match", a, broken), "broken.png", "breaks off after 500 bytes")
         self.expect_failure(call("match", a, self.folder / "none.png"), "none.png")
+        self.expect_failure(call("match", a, a, "--draw", a), "a.png", "is the input")
+        self.expect_failure(call("match", a, a, "--draw", self.folder / "absent/b.png"), "absent/b.png")
         out = self.folder / "out"
         for text, parts in (("a.png\n", ["pairs.txt:1", "'a.png'", "two images"]),
                             ("\n# x\n", ["pairs.txt", "no pair"]),
@@ -418,6 +420,7 @@ class Match(ModelTest):
                                 (["--pairs", pairs, "--draw"], "--out"), (["a", "b", "--images", "."], "--pairs"),
                                 (["--pairs", pairs, "--out", "o", "--draw", "p.png"], "--draw"),
                                 (["a", "b", "--max-side", "0"], "--max-side"),
+                                (["a", "b", "--draw", "x.jpg"], "PNG"),
                                 (["a", "b", "--set", "matching.method=superglue"], "superglue")):
             if part == "superglue" and any(m["kind"] == part for m in json.loads(call("models", "--json").stdout)):
                 continue
@@ -460,7 +463,8 @@ class Bench(ModelTest):
     def test_wrong_use(self):
         for arguments, part in ((["--size", "752"], "WIDTHxHEIGHT"), (["--size", "0x9"], "WIDTHxHEIGHT"),
                                 (["--threads", "0"], "--threads"), (["--precisions", "fp16"], "fp16"),
-                                (["--points", "0"], "--points"), (["--seconds", "-1"], "--seconds")):
+                                (["--points", "0"], "--points"), (["--seconds", "-1"], "--seconds"),
+                                (["--seconds", "nan"], "--seconds")):
             with self.subTest(arguments=arguments):
                 self.expect_failure(call("bench", "networks", *arguments), part, status=WRONG_USE)
         self.expect_failure(call("bench"), "subcommand", status=WRONG_USE)

@@ -160,7 +160,7 @@ class SimulateTest(unittest.TestCase):
 
     def test_hall_has_no_fixes(self):
         out = self.folder / "indoors"
-        self.expect_success(self.simulate(out, "--frames", 0, "--set", "gnss.present=false"))
+        self.expect_success(self.simulate(out, "--frames", 1, "--set", "gnss.present=false"))
         self.assertFalse((out / "mav0/gps0").exists())
         self.assertTrue((out / "mav0/baro0/data.csv").exists())
 
@@ -205,7 +205,9 @@ class SimulateTest(unittest.TestCase):
                   "camera.distortion=1 2"], ["distortion"]),
                 (["--flight", self.flight, "--out", out, "--set", "output.image_format=bmp"], ["bmp"]),
                 (["--flight", self.flight, "--out", out, "--scene", "moon"], ["moon"]),
-                (["--flight", self.flight, "--out", out, "--seed", "-1"], ["--seed"])):
+                (["--flight", self.flight, "--out", out, "--seed", "-1"], ["--seed", "0 to 2147483647"]),
+                (["--flight", self.flight, "--out", out, "--frames", "0"], ["--frames", "-1 or", "at least 1"]),
+                (["--flight", self.flight, "--out", ""], ["--out", "empty"])):
             with self.subTest(arguments=arguments):
                 self.expect_failure(call("simulate", *arguments), WRONG_USE, *parts)
         self.assertFalse(out.exists())
@@ -215,7 +217,7 @@ class SimulateTest(unittest.TestCase):
         for file in sorted((ROOT / "flights").glob("*.yaml")):
             with self.subTest(flight=file.stem):
                 out = self.folder / "shipped" / file.stem
-                self.expect_success(call("simulate", "--flight", file.stem, "--out", out, "--frames", 0))
+                self.expect_success(call("simulate", "--flight", file.stem, "--out", out, "--frames", 1))
                 truth = rows_of(out / "groundtruth_cam0.csv")
                 self.assertGreater(len(truth), 600)
 
