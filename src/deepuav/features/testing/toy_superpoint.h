@@ -1,5 +1,7 @@
 #pragma once
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -81,12 +83,19 @@ inline InferenceOptions Fp32() {
   return options;
 }
 
+/// Puts a whole file in place at once: tests that run at the same time may read it.
+inline void PutFile(const std::filesystem::path& path, const std::string& content) {
+  const std::filesystem::path unfinished = path.string() + "." + std::to_string(getpid());
+  std::ofstream(unfinished) << content;
+  std::filesystem::rename(unfinished, path);
+}
+
 /// Writes ToyNetwork(detector) into `folder` and returns the file.
 inline std::string WriteToyNetwork(const std::filesystem::path& folder,
                                    const std::string& detector) {
   const auto path = folder / ("superpoint_toy_" + detector + ".xml");
-  std::ofstream(path) << ToyNetwork(detector);
-  std::ofstream(std::filesystem::path(path).replace_extension(".bin")) << std::string(8, '\0');
+  PutFile(std::filesystem::path(path).replace_extension(".bin"), std::string(8, '\0'));
+  PutFile(path, ToyNetwork(detector));
   return path.string();
 }
 
