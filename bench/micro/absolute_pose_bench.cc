@@ -42,6 +42,11 @@ bool IsNear(const SE3& pose, const SE3& truth) {
   return (pose.InverseTranslation() - truth.InverseTranslation()).norm() < 0.2;
 }
 
+void WrongShares(benchmark::internal::Benchmark* bench) {
+  bench->ArgName("wrong_percent")->Unit(benchmark::kMicrosecond);
+  for (int percent : {20, 60, 80, 100}) bench->Arg(percent);
+}
+
 void Ours(benchmark::State& state) {
   const Problem problem = MakeProblem(state);
   AbsolutePoseOptions options;
@@ -54,13 +59,7 @@ void Ours(benchmark::State& state) {
   }
   CountFound(state, found);
 }
-BENCHMARK(Ours)
-    ->ArgName("wrong_percent")
-    ->Arg(20)
-    ->Arg(60)
-    ->Arg(80)
-    ->Arg(100)
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(Ours)->Apply(WrongShares);
 
 void OpenCvUsac(benchmark::State& state) {
   const Problem problem = MakeProblem(state);
@@ -89,13 +88,7 @@ void OpenCvUsac(benchmark::State& state) {
   }
   CountFound(state, found);
 }
-BENCHMARK(OpenCvUsac)
-    ->ArgName("wrong_percent")
-    ->Arg(20)
-    ->Arg(60)
-    ->Arg(80)
-    ->Arg(100)
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(OpenCvUsac)->Apply(WrongShares);
 
 void SolutionsOfThreePoints(benchmark::State& state) {
   Random random(1);

@@ -6,8 +6,8 @@
 Each flight of flights/ is rendered once a seed into a cache (.cache/flights), where it stays for the next time. For each
 flight: length, absolute trajectory error (Sim3) over the frames located in the largest map, shares of frames located in
 it and in any map, maps, loops closed and frames recognised after they were lost, frames with at least 300 key points,
-speed. Several seeds: median (least to largest). The table goes to stdout as Markdown, everything to OUT/flights.json. Needs build/deepuav (scripts/setup.sh) and
-Python's standard library.
+speed. Several seeds: median (least to largest). The table goes to stdout as Markdown, everything to OUT/flights.json.
+Needs build/deepuav (scripts/setup.sh) and Python's standard library.
 """
 import argparse
 import csv
