@@ -7,6 +7,7 @@ import torch
 from torch import nn
 
 from deepuav_training.errors import TrainingError
+from deepuav_training.onnx_storage import noted_parameters, read_onnx
 
 
 @dataclass
@@ -43,9 +44,16 @@ def load_checkpoint(path: Path, state: TrainingState) -> None:
 
 
 def start_from(path: Path, state: TrainingState) -> None:
-    """Sets the weights alone to the averaged ones of a checkpoint: the start of another run."""
+    """Sets the weights alone: the start of another run.
+
+    Args:
+        path: a checkpoint, of which the averaged weights are taken, or an exported file that notes
+            which of its constants is which parameter.
+        state: whose weights are set.
+    """
     try:
-        average = torch.load(path, map_location="cpu", weights_only=True)["average"]
+        average = (noted_parameters(read_onnx(path), str(path)) if path.suffix == ".onnx" else
+                   torch.load(path, map_location="cpu", weights_only=True)["average"])
         state.network.load_state_dict(average)
         state.average.load_state_dict(average)
     except (OSError, RuntimeError, KeyError, ValueError) as error:

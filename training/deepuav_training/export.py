@@ -18,6 +18,7 @@ from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
 from deepuav_training.models.superpoint_small import count_macs
+from deepuav_training.onnx_storage import halve
 from deepuav_training.train_superpoint import TrainConfig, new_state
 
 _OPSET = 17
@@ -26,8 +27,8 @@ _LOGITS_TOLERANCE = 2e-3
 _DESCRIPTOR_TOLERANCE = 1e-4
 
 
-def export_onnx(network: nn.Module, path: Path) -> None:
-    """Writes the network with dynamic batch, height and width."""
+def export_onnx(network: nn.Module, path: Path, in_16_bits: bool = False) -> None:
+    """Writes the network with dynamic batch, height and width; its weights in 32 or 16 bits."""
     network = copy.deepcopy(network).eval().to(memory_format=torch.contiguous_format)
     cells = {0: "batch", 2: "rows", 3: "columns"}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -38,6 +39,8 @@ def export_onnx(network: nn.Module, path: Path) -> None:
                           output_names=["logits", "descriptors"],
                           dynamic_axes={"image": {0: "batch", 2: "height", 3: "width"},
                                         "logits": cells, "descriptors": cells})
+    if in_16_bits:
+        onnx.save(halve(onnx.load(str(path))), str(path))
     onnx.checker.check_model(str(path))
 
 
@@ -71,11 +74,13 @@ def main() -> None:
     parser.add_argument("--config", required=True, help="of the training run")
     parser.add_argument("--checkpoint", type=Path, help="instead of the run's own")
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--in-16-bits", action="store_true",
+                        help="store the weights in 16 bits: half the size")
     arguments = parser.parse_args()
     config = load_config(TrainConfig, arguments.config)
     state = new_state(config)
     load_checkpoint(arguments.checkpoint or Path(config.run) / "checkpoint.pt", state)
-    export_onnx(state.average, arguments.out)
+    export_onnx(state.average, arguments.out, arguments.in_16_bits)
     logits, descriptors = check_export(state.average, arguments.out)
     parameters = sum(p.numel() for p in state.average.parameters())
     print(f"{arguments.out}: step {state.step}, {parameters / 1e6:.3f} M parameters, "

@@ -17,6 +17,7 @@ from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
 from deepuav_training.models.superglue import SuperGlue
+from deepuav_training.onnx_storage import halve, note_parameters
 from deepuav_training.train_superglue import GlueTrainConfig, new_state
 
 INPUTS = ("keypoints0", "scores0", "descriptors0", "keypoints1", "scores1", "descriptors1")
@@ -41,16 +42,23 @@ def random_inputs(counts: tuple[int, int], dimension: int, seed: int) -> list[np
 
 
 def export_onnx(network: SuperGlue, path: Path) -> None:
-    """Writes the network with dynamic numbers of key points; the batch is 1."""
-    network = copy.deepcopy(network).eval()
-    dimension = network.project.in_features
+    """Writes the network with dynamic numbers of key points, weights in 16 bits; the batch is 1."""
+    write_matcher(network, network.project.in_features, path)
+    model = onnx.load(str(path))
+    note_parameters(model, network)
+    onnx.save(halve(model), str(path))
+    onnx.checker.check_model(str(path))
+
+
+def write_matcher(network: torch.nn.Module, dimension: int, path: Path) -> None:
+    """Writes a matcher of descriptors of that dimension, as export_onnx but in 32 bits."""
     example = tuple(map(torch.from_numpy, random_inputs(_CHECKED_COUNTS[1], dimension, 0)))
     axes = {name: {1: "n" if name.endswith("0") else "m"} for name in INPUTS}
     path.parent.mkdir(parents=True, exist_ok=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        torch.onnx.export(network, example, str(path), dynamo=False, opset_version=_OPSET,
-                          input_names=list(INPUTS), output_names=[OUTPUT],
+        torch.onnx.export(copy.deepcopy(network).eval(), example, str(path), dynamo=False,
+                          opset_version=_OPSET, input_names=list(INPUTS), output_names=[OUTPUT],
                           dynamic_axes=axes | {OUTPUT: {1: "n", 2: "m"}})
     onnx.checker.check_model(str(path))
 

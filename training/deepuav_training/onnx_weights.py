@@ -4,12 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import onnx
 import torch
-from onnx import numpy_helper
 from torch import nn
 
 from deepuav_training.errors import TrainingError
+from deepuav_training.onnx_storage import constants, read_onnx
 
 
 def load_exported(path: Path, network: nn.Module, images: torch.Tensor) -> None:
@@ -41,14 +40,8 @@ def load_exported(path: Path, network: nn.Module, images: torch.Tensor) -> None:
 
 def _folded_convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Weights and biases in the order of the file's graph, which is that of their use."""
-    try:
-        graph = onnx.load(str(path)).graph
-    except Exception as error:  # protobuf's own class of error is not public
-        raise TrainingError(f"{path}: found no ONNX file: {error}") from error
-    values = {tensor.name: numpy_helper.to_array(tensor) for tensor in graph.initializer}
-    for node in graph.node:  # export keeps equal values once
-        if node.op_type == "Identity" and node.input[0] in values:
-            values[node.output[0]] = values[node.input[0]]
+    model = read_onnx(path)
+    graph, values = model.graph, constants(model)
     nodes = [node for node in graph.node if node.op_type == "Conv"]
     if not all(len(node.input) == 3 and set(node.input[1:]) <= values.keys() for node in nodes):
         raise TrainingError(f"{path}: found convolutions without constant weights and bias, "

@@ -17,8 +17,8 @@ import onnx
 
 from deepuav_training.calibration import calibration_images
 from deepuav_training.config import load_config
-from deepuav_training.errors import TrainingError
 from deepuav_training.label import LabelConfig
+from deepuav_training.onnx_storage import expand, read_onnx
 
 
 def quantise(model: onnx.ModelProto, images: list[np.ndarray], keep_float: list[str]
@@ -45,10 +45,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.width % 8 or arguments.height % 8:
         parser.error("--width and --height must be multiples of 8")
-    try:
-        model = onnx.load(str(arguments.model))
-    except Exception as error:  # protobuf's own class of error is not public
-        raise TrainingError(f"{arguments.model}: found no ONNX file: {error}") from error
+    model = expand(read_onnx(arguments.model))
     images = calibration_images(load_config(LabelConfig, arguments.labels), arguments.images,
                                 arguments.width, arguments.height)
     quantised = quantise(model, images, arguments.keep_float)

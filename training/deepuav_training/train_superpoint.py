@@ -56,6 +56,7 @@ class TrainConfig(RunConfig):
     labels: str = "configs/labels.yaml"  # the configuration that the labels were made with
     run: str = "runs/superpoint_small"
     size: str = "small"
+    frozen: tuple = ()  # beginnings of the names of parameters that stay as they are
     network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)  # of the small
     pairs: PairConfig = field(default_factory=PairConfig)
     losses: LossConfig = field(default_factory=LossConfig)
@@ -63,6 +64,10 @@ class TrainConfig(RunConfig):
     def check(self, where: str) -> None:
         super().check(where)
         check_field(self.size in ("small", "large"), where, "size", self.size, "small or large")
+        names = [name for name, _ in new_network(self).named_parameters()]
+        for start in self.frozen:
+            check_field(any(name.startswith(start) for name in names), where, "frozen", start,
+                        "the beginning of a parameter's name")
 
 
 @dataclass(frozen=True)
@@ -113,10 +118,17 @@ def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig
     }
 
 
+def new_network(config: TrainConfig) -> torch.nn.Module:
+    """An untrained network of the size that is asked for."""
+    return LargeSuperPoint() if config.size == "large" else SmallSuperPoint(config.network)
+
+
 def new_state(config: TrainConfig) -> TrainingState:
     """An untrained network with its optimiser."""
     torch.manual_seed(config.seed)
-    network = LargeSuperPoint() if config.size == "large" else SmallSuperPoint(config.network)
+    network = new_network(config)
+    for name, parameter in network.named_parameters():
+        parameter.requires_grad_(not name.startswith(tuple(config.frozen)))
     return training_state(network.to(memory_format=torch.channels_last), config)
 
 

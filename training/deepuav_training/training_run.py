@@ -148,7 +148,7 @@ def run_arguments(description: str) -> argparse.ArgumentParser:
     parser.add_argument("--config", required=True)
     parser.add_argument("--init", type=Path, metavar="FILE",
                         help="the weights that a new run starts from: a checkpoint of an earlier "
-                             "one; of a SuperPoint also an exported ONNX file")
+                             "one, or an exported ONNX file")
     parser.add_argument("--until", metavar="HH:MM",
                         help="fit the rest of the schedule to end then, instead of after `steps`")
     parser.add_argument("--pid-file", type=Path, help="where to write the process's number")

@@ -1,6 +1,7 @@
 import copy
 
 import numpy as np
+import onnx
 import pytest
 import torch
 
@@ -11,6 +12,7 @@ from deepuav_training.export import check_export, export_onnx
 from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
+from deepuav_training.onnx_storage import constants
 from deepuav_training.onnx_weights import load_exported
 from deepuav_training.train_superpoint import TrainConfig, collate, losses_of, new_state
 from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
@@ -182,6 +184,42 @@ def test_the_large_network_goes_on_from_its_file(tmp_path):
     export_onnx(trained, tmp_path / "large.onnx")
     load_exported(tmp_path / "large.onnx", restored, torch.rand(1, 1, 16, 16))
     check_export(restored, tmp_path / "large.onnx")
+
+
+def test_weights_stored_in_16_bits_are_half_as_large_and_restored(tmp_path):
+    torch.manual_seed(8)
+    network, restored = LargeSuperPoint().eval(), LargeSuperPoint()
+    export_onnx(network, tmp_path / "full.onnx")
+    export_onnx(network, tmp_path / "half.onnx", in_16_bits=True)
+    sizes = [(tmp_path / name).stat().st_size for name in ("half.onnx", "full.onnx")]
+    assert sizes[0] < 0.51 * sizes[1]
+    check_export(network, tmp_path / "half.onnx")
+    load_exported(tmp_path / "half.onnx", restored, torch.rand(1, 1, 16, 16))
+    check_export(restored, tmp_path / "half.onnx")
+    before = constants(onnx.load(tmp_path / "full.onnx"))
+    after = constants(onnx.load(tmp_path / "half.onnx"))
+    assert before.keys() == after.keys()
+    assert all(np.allclose(before[name], after[name], atol=1e-3) for name in before)
+
+
+def test_frozen_parameters_stay_and_the_others_learn():
+    config = TrainConfig(network=TINY, batch=2, bfloat16=False, frozen=("at_half",))
+    state = new_state(config)
+    before = {name: value.clone() for name, value in state.network.named_parameters()}
+
+    def losses(network, _step):
+        logits, descriptors = network(torch.rand(2, 1, 32, 32))
+        return {"some": logits.square().mean() + descriptors[:, 0].mean()}
+
+    train_step(state, Objective(losses, {"some": 1.0}), config)
+    moved = {name for name, value in state.network.named_parameters()
+             if not torch.equal(value, before[name])}
+    assert moved and not any(name.startswith("at_half") for name in moved)
+
+
+def test_freezing_what_is_not_there_is_refused():
+    with pytest.raises(TrainingError, match="frozen.*encoder.9"):
+        TrainConfig(size="large", frozen=("encoder.9",)).check("run.yaml")
 
 
 def test_a_network_of_unknown_size_is_refused():

@@ -1,16 +1,18 @@
 import numpy as np
+import openvino
 import pytest
 import torch
 import torch.nn.functional as F
 
-from deepuav_training.checkpoint import load_checkpoint, save_checkpoint
+from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
 from deepuav_training.data.matches import (UNKNOWN, UNMATCHED, MatchConfig, MatchSource, normalise,
                                            true_matches)
 from deepuav_training.errors import TrainingError
-from deepuav_training.export_superglue import (check_export, count_macs, export_onnx,
-                                               random_inputs)
+from deepuav_training.export_superglue import (INPUTS, OUTPUT, check_export, count_macs,
+                                               export_onnx, random_inputs, write_matcher)
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
+from deepuav_training.published_superglue import PublishedSuperGlue
 from deepuav_training.scene_cache import SceneFeatures, save_scene, scene_path
 from deepuav_training.train_superglue import (GlueTrainConfig, collate, losses_of, new_state,
                                               objective)
@@ -192,7 +194,34 @@ def test_exported_network_equals_torch_at_any_count(tmp_path):
         check_export(network, tmp_path / "g.onnx")
 
 
+def test_a_new_run_goes_on_from_an_exported_file(tmp_path):
+    trained = trained_network()
+    export_onnx(trained, tmp_path / "glue.onnx")
+    state = new_state(CONFIG, None)
+    start_from(tmp_path / "glue.onnx", state)
+    for restored in (state.network, state.average):
+        for name, value in trained.state_dict().items():
+            torch.testing.assert_close(restored.state_dict()[name], value, atol=1e-3, rtol=1e-3)
+
+
+def test_a_run_does_not_go_on_from_a_file_of_another_network(tmp_path):
+    export_onnx(SuperGlue(SuperGlueConfig(descriptor=32, width=8, heads=1, layers=1)),
+                tmp_path / "other.onnx")
+    with pytest.raises(TrainingError, match="other.onnx"):
+        start_from(tmp_path / "other.onnx", new_state(CONFIG, None))
+
+
 def test_cost_is_a_fraction_of_the_published_architecture():
     # 18 layers of width 256: four projections, a perceptron of 512 -> 512 -> 256, attention.
     published = 18 * (2 * 512 * (4 * 256**2 + 512 * 512 + 512 * 256) + 2 * 2 * 512**2 * 256)
     assert count_macs(SuperGlue(), 512) < 0.2 * published
+
+
+def test_the_published_architecture_has_its_twelve_million_weights_and_runs(tmp_path):
+    network = PublishedSuperGlue()
+    assert sum(p.numel() for p in network.parameters()) == pytest.approx(12.0e6, rel=0.02)
+    write_matcher(network, 256, tmp_path / "published.onnx")
+    inputs = random_inputs((10, 7), 256, 3)
+    compiled = openvino.Core().compile_model(str(tmp_path / "published.onnx"), "CPU")
+    found = compiled(dict(zip(INPUTS, inputs, strict=True)))[OUTPUT]
+    assert found.shape == (1, 10, 7) and np.isfinite(found).all()
