@@ -132,6 +132,8 @@ def add_method_arguments(parser: argparse.ArgumentParser) -> None:
                         help="networks; with a + the second sees the second view")
     parser.add_argument("--superglue", nargs="*", default=[], metavar="FILE",
                         help="matchers, besides nearest neighbours")
+    parser.add_argument("--min-score", type=float, default=0.2,
+                        help="least probability of those matchers' matches (%(default)s)")
     parser.add_argument("--points", type=int, default=1024, help="at most (%(default)s)")
     parser.add_argument("--threshold", type=float, default=0.005)
     parser.add_argument("--precision", default="f32", choices=("f32", "bf16"))
@@ -144,7 +146,7 @@ def methods_of(arguments: argparse.Namespace) -> list[Method]:
     """The methods that add_method_arguments' arguments name."""
     options = MethodOptions(arguments.points, arguments.threshold, arguments.precision,
                             arguments.threads)
-    return nearest_methods(arguments.models, arguments.superglue, options)
+    return nearest_methods(arguments.models, arguments.superglue, arguments.min_score, options)
 
 
 def main() -> None:

@@ -27,6 +27,7 @@ _LARGEST_TURN_DEG = 50.0
 _INLIER_PX = 1.5
 _ITERATIONS = 10000
 _CONFIDENCE = 0.9999
+_FARTHEST = 1e6  # baselines to a point that still tells in front from behind
 
 
 def rotation_angle_deg(rotation: np.ndarray) -> float:
@@ -94,7 +95,8 @@ def _opencv_pose(a: np.ndarray, b: np.ndarray, k: np.ndarray
                                               _ITERATIONS)
     if essential is None or essential.shape != (3, 3):
         return None
-    count, rotation, translation, _ = cv2.recoverPose(essential, a, b, k, mask=inliers)
+    count, rotation, translation, _, _ = cv2.recoverPose(essential, a, b, k, mask=inliers,
+                                                         distanceThresh=_FARTHEST)
     return (rotation, translation[:, 0]) if count >= 5 else None
 
 

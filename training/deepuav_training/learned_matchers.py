@@ -9,15 +9,14 @@ from deepuav_training.data.matches import normalise
 from deepuav_training.errors import TrainingError
 from deepuav_training.runtime import Features
 
-_MIN_SCORE = 0.2  # least assignment probability of a match
 _NO_MATCH = np.zeros((0, 2), np.int64)
 
 
 class SuperGlueMatcher:
     """An exported SuperGlue: pairs whose probability is the largest of its row and its column."""
 
-    def __init__(self, model: str | Path, threads: int = 1, precision: str = "f32",
-                 min_score: float = _MIN_SCORE):
+    def __init__(self, model: str | Path, threads: int, precision: str, min_score: float):
+        """`min_score` is the least assignment probability of a match."""
         self._compiled = _compile(model, threads, precision)
         self._min_score = min_score
 

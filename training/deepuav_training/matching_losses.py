@@ -7,15 +7,23 @@ from deepuav_training.data.matches import UNMATCHED
 
 
 def assignment_loss(log_assignment: torch.Tensor, match0: torch.Tensor) -> torch.Tensor:
-    """Negative log-likelihood of the true matches, the mean over all.
+    """Negative log-likelihood of the true matches: of a pair their mean, then of pairs.
+
+    A pair of few matches, which is a hard one, counts as much as one of many.
 
     Args:
         log_assignment: (B, N, M).
         match0: (B, N) index in the other view, or less than 0.
     """
-    matched = match0 >= 0
     found = log_assignment.gather(2, match0.clamp(min=0)[:, :, None])[:, :, 0]
-    return -(found * matched).sum() / matched.sum().clamp(min=1)
+    return -mean_of_means(found, match0 >= 0)
+
+
+def mean_of_means(values: torch.Tensor, taken: torch.Tensor) -> torch.Tensor:
+    """The mean over the rows that have any of the mean of a row's values (B, N) that are taken."""
+    counts = taken.sum(dim=1)
+    means = (values * taken).sum(dim=1) / counts.clamp(min=1)
+    return means.sum() / (counts > 0).sum().clamp(min=1)
 
 
 def unmatched_loss(matchability0: torch.Tensor, matchability1: torch.Tensor,
@@ -26,8 +34,6 @@ def unmatched_loss(matchability0: torch.Tensor, matchability1: torch.Tensor,
         matchability0, matchability1: (B, N) and (B, M) logits.
         match0, match1: (B, N) and (B, M) indices, UNMATCHED or UNKNOWN.
     """
-    means = []
-    for logits, match in ((matchability0, match0), (matchability1, match1)):
-        unmatched = match == UNMATCHED
-        means.append((F.softplus(logits) * unmatched).sum() / unmatched.sum().clamp(min=1))
+    means = [mean_of_means(F.softplus(logits), match == UNMATCHED)
+             for logits, match in ((matchability0, match0), (matchability1, match1))]
     return 0.5 * (means[0] + means[1])

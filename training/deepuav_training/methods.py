@@ -38,12 +38,14 @@ class MethodConfig:
     second_model: str = ""  # the second image's, if another
     matcher: str = "nearest"  # or ratio, superglue, lighterglue
     matcher_model: str = ""
+    min_score: float = 0.2  # least probability of superglue's matches
 
     def check(self, where: str) -> None:
         check_field(self.extractor in ("superpoint", "sift", "orb", "xfeat"), where, "extractor",
                     self.extractor, "superpoint, sift, orb or xfeat")
         check_field(self.matcher in ("nearest", "ratio", "superglue", "lighterglue"), where,
                     "matcher", self.matcher, "nearest, ratio, superglue or lighterglue")
+        check_field(0 <= self.min_score < 1, where, "min_score", self.min_score, "0 to below 1")
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ def build_method(config: MethodConfig, options: MethodOptions) -> Method:
     return Method(config.name, first, second, _matcher(config, options))
 
 
-def nearest_methods(models: list[str], superglue: list[str], options: MethodOptions
-                    ) -> list[Method]:
+def nearest_methods(models: list[str], superglue: list[str], min_score: float,
+                    options: MethodOptions) -> list[Method]:
     """SuperPoints FILE or FILE+FILE with nearest neighbours and with each of the matchers."""
     methods = []
     for text in models:
@@ -73,7 +75,7 @@ def nearest_methods(models: list[str], superglue: list[str], options: MethodOpti
         name = " + ".join(Path(file).stem for file in text.split("+"))
         methods.append(MethodConfig(name, "superpoint", first, second))
         methods += [MethodConfig(f"{name}, {Path(file).stem}", "superpoint", first, second,
-                                 "superglue", file) for file in superglue]
+                                 "superglue", file, min_score) for file in superglue]
     return [build_method(config, options) for config in methods]
 
 
@@ -91,7 +93,8 @@ def _extractor(kind: str, model: str, options: MethodOptions) -> Extractor:
 
 def _matcher(config: MethodConfig, options: MethodOptions) -> Matcher:
     if config.matcher == "superglue":
-        return SuperGlueMatcher(config.matcher_model, options.threads, options.precision)
+        return SuperGlueMatcher(config.matcher_model, options.threads, options.precision,
+                                config.min_score)
     if config.matcher == "lighterglue":
         return LighterGlueMatcher(config.matcher_model, options.threads, options.precision)
     if config.matcher == "ratio":

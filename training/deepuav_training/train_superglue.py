@@ -73,12 +73,12 @@ def losses_of(network: SuperGlue, batch: GlueBatch, config: GlueTrainConfig
     inputs = [tensors[side] for side in (0, 1)
               for tensors in (batch.keypoints, batch.scores, batch.descriptors)]
     with in_16_bits(config):
-        states = network.states(*inputs)
-        assigned = [network.assign(*state) for state in states]
+        first, *states = network.states(*inputs)
+        assigned = [network.assign(*state) for state in states or [first]]
     pairs = [(assignment_loss(log, batch.match[0]), unmatched_loss(z0, z1, *batch.match))
              for log, z0, z1 in assigned]
     *earlier, (assignment, unmatched) = pairs
-    layers = [a + u for a, u in earlier[1:]] or [torch.zeros(())]  # the first is not trained
+    layers = [a + u for a, u in earlier] or [torch.zeros(())]
     return {"assignment": assignment, "unmatched": unmatched,
             "earlier": torch.stack(layers).mean()}
 
@@ -88,8 +88,7 @@ def new_state(config: GlueTrainConfig, source: MatchSource | None) -> TrainingSt
     torch.manual_seed(config.seed)
     network = SuperGlue(config.network)
     if source is not None:
-        step = source.pairs_of_scene
-        seen = [source.draw(number * step).descriptors for number in range(_PROJECTION_PAIRS)]
+        seen = [source.draw(number).descriptors for number in range(_PROJECTION_PAIRS)]
         kept = network.set_projection(torch.from_numpy(np.concatenate(seen).reshape(
             -1, config.network.descriptor)))
         _LOG.info("the projection keeps %.1f %% of the descriptors' energy", 100 * kept)

@@ -75,7 +75,7 @@ def test_new_superglue_matches_like_nearest_neighbours(tmp_path):
         noisy = (clean + 0.1 * rng.standard_normal(clean.shape))[order]
         noisy /= np.linalg.norm(noisy, axis=1, keepdims=True)
         views.append(described(rng.uniform(0, 200, (count, 2)), noisy.astype(np.float32)))
-    found = SuperGlueMatcher(tmp_path / "g.onnx")(*views)
+    found = SuperGlueMatcher(tmp_path / "g.onnx", 1, "f32", 0.2)(*views)
     nearest = mutual_nearest(views[0].descriptors, views[1].descriptors)
     assert len(found) == 50
     assert set(map(tuple, found)) <= set(map(tuple, nearest))
@@ -83,7 +83,7 @@ def test_new_superglue_matches_like_nearest_neighbours(tmp_path):
 
 def test_missing_and_unknown_methods_are_named(tmp_path):
     with pytest.raises(TrainingError, match="g.onnx"):
-        SuperGlueMatcher(tmp_path / "g.onnx")
+        SuperGlueMatcher(tmp_path / "g.onnx", 1, "f32", 0.2)
     with pytest.raises(TrainingError, match="surf"):
         ComparisonConfig(methods=({"name": "a", "extractor": "surf"},)).method_configs("c.yaml")
 

@@ -56,3 +56,15 @@ def test_pose_of_true_matches_is_found(tmp_path):
     assert pose_error_deg(*noisy, sequence.camera_matrix, b_from_a) < 1.5
     assert pose_error_deg(*noisy, sequence.camera_matrix, relative_pose(sequence, 10, 0)) > 20
     assert pose_error_deg(noisy[0][:4], noisy[1][:4], sequence.camera_matrix, b_from_a) == np.inf
+
+
+def test_far_points_tell_a_pose_too():
+    camera = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
+    rng = np.random.default_rng(1)
+    b_from_a = np.eye(4)
+    b_from_a[0, 3] = 0.5
+    a = rng.uniform((-30, -20, 80), (30, 20, 120), (300, 3))  # 160 baselines away and farther
+    b = a + b_from_a[:3, 3]
+    pixels = [(p @ camera.T)[:, :2] / p[:, 2:] for p in (a, b)]
+    noisy = [p + rng.normal(0, 0.02, p.shape) for p in pixels]
+    assert pose_error_deg(*noisy, camera, b_from_a, "ransac") < 20

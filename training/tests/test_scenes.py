@@ -50,6 +50,20 @@ def test_level_ground_seen_from_above():
     assert np.abs(seen.image[1:-1, 1:-1] - shifted[1:-1, 1:-1]).max() <= 3
 
 
+def test_a_texture_of_odd_size_stays_in_place_where_it_is_made_smaller():
+    ramp = np.tile(np.arange(121) * 2, (121, 1)).astype(np.uint8)
+    level = np.zeros((121, 121), np.float32)
+    ground = Terrain(level, 1.0, ramp, level + 1, level.astype(np.uint8), ramp)
+    view = camera(80, 60, scale=0.5)
+    seen = render(ground, view)
+    points = grid(step=4)
+    world = world_points(seen, view, points)
+    inside = (world[:, 0] > 3) & (world[:, 0] < 117)
+    columns, rows = points[inside].astype(int).T
+    np.testing.assert_allclose(seen.image[rows, columns], 2 * world[inside, 0], atol=1)
+    assert inside.sum() > 40
+
+
 def test_depth_of_a_tilted_view_is_that_of_the_plane():
     view = camera(tilt=0.6, direction=0.3)
     seen = render(terrain(), view)

@@ -5,8 +5,9 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
-from deepuav_training.data.matches import (UNKNOWN, UNMATCHED, MatchConfig, MatchSource, normalise,
-                                           true_matches)
+from deepuav_training.data.matches import (UNKNOWN, UNMATCHED, MatchConfig, MatchSource, make_sample,
+                                           normalise, preferred_pairs, similarity_between,
+                                           true_matches, turned)
 from deepuav_training.errors import TrainingError
 from deepuav_training.export_superglue import (INPUTS, OUTPUT, check_export, count_macs,
                                                export_onnx, random_inputs, write_matcher)
@@ -95,6 +96,50 @@ def test_samples_repeat_and_keep_their_rows_together(source):
     assert not np.array_equal(first.keypoints, source.draw(8).keypoints)
 
 
+def scene_of_turns(angles_deg, scales):
+    """Views of the same points, turned and scaled about the middle."""
+    rng = np.random.default_rng(4)
+    middle = rng.uniform(-20, 20, 40) + 1j * rng.uniform(-20, 20, 40)
+    seen = [50 + 50j + middle * scale * np.exp(1j * np.radians(angle))
+            for angle, scale in zip(angles_deg, scales, strict=True)]
+    points = np.stack([np.stack([z.real, z.imag], axis=1) for z in seen]).astype(np.float32)
+    count = len(seen)
+    descriptors = np.tile(np.eye(40, TINY.descriptor, dtype=np.float32), (count, 1, 1))
+    return SceneFeatures(points, np.ones((count, 40), np.float32), descriptors,
+                         np.tile(points[None], (count, 1, 1, 1)), np.array([100, 100], np.int32))
+
+
+def test_similarity_between_views_is_that_of_what_both_see():
+    scene = scene_of_turns([0, 100], [1, 1.5])
+    assert similarity_between(scene, 0, 1) == pytest.approx(1.5 * np.exp(1j * np.radians(100)))
+    scene.seen_at[0, 1, 10:] = np.nan
+    assert np.isnan(similarity_between(scene, 0, 1))
+
+
+@pytest.mark.parametrize("step,turned_far,expected", [(1.0, 0.0, {(0, 1), (1, 0)}),
+                                                      (0.0, 1.0, {(0, 2), (1, 2), (2, 0), (2, 1)})])
+def test_pairs_of_the_kind_that_is_drawn_come_first(step, turned_far, expected):
+    scene = scene_of_turns([0, 10, 170], [1, 1.2, 1])
+    config = MatchConfig(step_share=step, turned_share=turned_far)
+    rng = np.random.default_rng(2)
+    first = {preferred_pairs(scene, config, rng)[0] for _ in range(40)}
+    assert first == expected
+
+
+def test_the_best_key_points_are_taken_unless_a_choice_is_drawn():
+    scene, rng = tiny_scene(1), np.random.default_rng(3)
+    best = make_sample(scene, 0, 1, MatchConfig(points=6, random_share=0), rng)
+    np.testing.assert_array_equal(best.scores, scene.scores[:2, :6])
+    other = make_sample(scene, 0, 1, MatchConfig(points=6, random_share=1), rng)
+    assert not np.array_equal(other.scores, best.scores)
+
+
+def test_positions_turn_by_right_angles_about_the_centre():
+    points = np.array([[0.5, 0.25]])
+    np.testing.assert_array_equal([turned(points, k)[0] for k in range(4)],
+                                  [[0.5, 0.25], [-0.25, 0.5], [-0.5, -0.25], [0.25, -0.5]])
+
+
 def test_a_cache_without_scenes_is_refused(tmp_path):
     with pytest.raises(TrainingError, match="no scenes"):
         MatchSource(tmp_path, 4, MatchConfig(), seed=1)
@@ -146,6 +191,14 @@ def test_assignment_loss_is_that_of_the_true_pairs():
     one = assignment_loss(log, torch.tensor([[UNMATCHED, 0]]))
     assert one.item() == pytest.approx(-np.log(0.2))
     assert assignment_loss(log, torch.full((1, 2), UNKNOWN)) == 0
+
+
+def test_a_pair_of_few_matches_counts_as_much_as_one_of_many():
+    log = torch.log(torch.tensor([[[0.5, 0.1], [0.1, 0.5]], [[0.1, 0.1], [0.1, 0.2]]]))
+    match0 = torch.tensor([[0, 1], [UNKNOWN, 1]])
+    assert assignment_loss(log, match0).item() == pytest.approx(-0.5 * np.log(0.5 * 0.2))
+    none = torch.full((2, 2), UNKNOWN)
+    assert assignment_loss(log, none).item() == 0
 
 
 def test_unmatched_loss_leaves_out_what_is_unknown():

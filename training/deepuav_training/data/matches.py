@@ -1,6 +1,6 @@
 """Pairs of views as the matcher sees them in training, with what is true of their key points."""
 
-from collections import OrderedDict
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,24 +12,34 @@ from deepuav_training.scene_cache import SceneFeatures, load_scene, scene_path
 
 UNMATCHED = -1  # no key point of the other view shows the same
 UNKNOWN = -2  # too near to one that may
+_LEAST_SEEN = 16  # key points from which a turn is told
+_STEP_TURN_RAD = math.radians(15)
+_STEP_SCALE = 1.25
+_FAR_TURN_RAD = math.radians(60)
 
 
 @dataclass(frozen=True)
 class MatchConfig:
     """How pairs are drawn from scenes."""
 
-    points: int = 320  # of a view, a random choice
-    match_px: float = 3.0  # key points that lie no farther apart show the same
+    points: int = 320  # of a view
+    random_share: float = 0.2  # pairs with a random choice of the key points, not the best
+    match_px: float = 2.0  # key points that lie no farther apart show the same
     apart_px: float = 5.0  # those without another within this have no match
     least_matches: int = 8  # of a pair
-    pairs_of_scene: int = 4  # drawn one after the other, before the next scene is read
+    step_share: float = 0.4  # pairs that are a small step, as frames are
+    turned_share: float = 0.2  # pairs that are turned far; the rest are any
+    upside_share: float = 0.2  # views shown to the matcher as if the camera had been turned
 
     def check(self, where: str) -> None:
         check_field(self.points > 0, where, "points", self.points, "at least 1")
         check_field(0 < self.match_px <= self.apart_px, where, "match_px", self.match_px,
                     "0 < match_px <= apart_px")
-        check_field(self.pairs_of_scene > 0, where, "pairs_of_scene", self.pairs_of_scene,
-                    "at least 1")
+        for name in ("random_share", "step_share", "turned_share", "upside_share"):
+            value = getattr(self, name)
+            check_field(0 <= value <= 1, where, name, value, "a share in [0, 1]")
+        check_field(self.step_share + self.turned_share <= 1, where, "turned_share",
+                    self.turned_share, "at most 1 - step_share")
 
 
 @dataclass(frozen=True)
@@ -87,50 +97,80 @@ class MatchSource:
         if not self._paths:
             raise TrainingError(f"{cache}: found no scenes, expected those of cache_scenes")
         self._config, self._seed = config, seed
-        self._recent: OrderedDict[Path, SceneFeatures] = OrderedDict()
 
     def __len__(self) -> int:
         return len(self._paths)
 
-    @property
-    def pairs_of_scene(self) -> int:
-        """Running numbers that far apart are of different scenes."""
-        return self._config.pairs_of_scene
-
     def draw(self, number: int) -> MatchSample:
-        """The pair of this running number: each scene gives some, then all again."""
-        epoch, place = divmod(number // self._config.pairs_of_scene, len(self._paths))
+        """The pair of this running number: each scene gives one, then all again."""
+        epoch, place = divmod(number, len(self._paths))
         order = np.random.default_rng([self._seed, epoch]).permutation(len(self._paths))
-        scene = self._scene(self._paths[order[place]])
+        scene = load_scene(self._paths[order[place]])
         rng = np.random.default_rng([self._seed, number])
-        pairs = rng.permutation([(a, b) for a in range(len(scene.points))
-                                 for b in range(len(scene.points)) if a != b])
-        for a, b in pairs:
+        for a, b in preferred_pairs(scene, self._config, rng):
             sample = make_sample(scene, a, b, self._config, rng)
             if (sample.match[0] >= 0).sum() >= self._config.least_matches:
                 break
         return sample
 
-    def _scene(self, path: Path) -> SceneFeatures:
-        if path not in self._recent:
-            self._recent[path] = load_scene(path)
-            if len(self._recent) > 4:
-                self._recent.popitem(last=False)
-        return self._recent[path]
+
+def preferred_pairs(scene: SceneFeatures, config: MatchConfig, rng: np.random.Generator
+                    ) -> list[tuple[int, int]]:
+    """All pairs in a random order, but first those of a kind that is drawn by its share."""
+    views = range(len(scene.points))
+    pairs = [(a, b) for a in views for b in views if a != b]
+    pairs = [pairs[k] for k in rng.permutation(len(pairs))]
+    kind = rng.random()
+    if kind >= config.step_share + config.turned_share:
+        return pairs
+    wanted = is_step if kind < config.step_share else is_turned
+    return sorted(pairs, key=lambda pair: not wanted(similarity_between(scene, *pair)))
+
+
+def similarity_between(scene: SceneFeatures, a: int, b: int) -> complex:
+    """Scale and turn from view a to view b, as a complex number; NaN where b shows too little."""
+    seen = np.isfinite(scene.seen_at[a, b, :, 0])
+    if seen.sum() < _LEAST_SEEN:
+        return complex("nan")
+    before, after = (points[seen] @ (1, 1j) for points in (scene.points[a], scene.seen_at[a, b]))
+    before, after = before - before.mean(), after - after.mean()
+    return (before.conj() @ after) / max((before.conj() @ before).real, 1e-9)
+
+
+def is_step(similarity: complex) -> bool:
+    """Whether two frames of a video may differ so."""
+    return (abs(np.angle(similarity)) < _STEP_TURN_RAD
+            and 1 / _STEP_SCALE < abs(similarity) < _STEP_SCALE)
+
+
+def is_turned(similarity: complex) -> bool:
+    """Whether one of the views looks the other way round, or nearly."""
+    return abs(np.angle(similarity)) > _FAR_TURN_RAD
 
 
 def make_sample(scene: SceneFeatures, a: int, b: int, config: MatchConfig,
                 rng: np.random.Generator) -> MatchSample:
-    """Views a and b, of each a random choice among a random number of its best key points."""
+    """Views a and b, of each the best key points, or sometimes a random choice of them."""
     total = scene.points.shape[1]
     count = min(config.points, total)
-    chosen = [rng.permutation(rng.integers(count, total + 1))[:count] for _ in range(2)]
+    if rng.random() < config.random_share:
+        chosen = [rng.permutation(total)[:count] for _ in range(2)]
+    else:
+        chosen = [np.arange(count)] * 2
     points = [scene.points[view, rows] for view, rows in zip((a, b), chosen, strict=True)]
     match = true_matches(*points, scene.seen_at[a, b, chosen[0]], scene.seen_at[b, a, chosen[1]],
                          config)
+    shown = [normalise(p, scene.size) for p in points]
+    turns = [rng.integers(4) if rng.random() < config.upside_share else 0 for _ in shown]
     return MatchSample(
-        np.stack([normalise(p, scene.size) for p in points]),
+        np.stack([turned(p, turn) for p, turn in zip(shown, turns, strict=True)]),
         np.stack([scene.scores[view, rows] for view, rows in zip((a, b), chosen, strict=True)]),
         np.stack([scene.descriptors[view, rows]
                   for view, rows in zip((a, b), chosen, strict=True)]),
         np.stack(match))
+
+
+def turned(positions: np.ndarray, quarters: int) -> np.ndarray:
+    """Positions (..., 2) about the centre, turned by as many right angles."""
+    x, y = np.moveaxis(positions, -1, 0)
+    return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[quarters], axis=-1)

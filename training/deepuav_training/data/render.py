@@ -120,13 +120,16 @@ def _colours(terrain: Terrain, x: np.ndarray, y: np.ndarray, height: np.ndarray,
     moving = sample(terrain.moving, *cells, cv2.INTER_NEAREST) > 0
     # The texture moves on with the height, so that walls are not drawn out of one line of it.
     u, v = x + _WALL_SHIFT * height, y + _WALL_SHIFT * height
-    texture, paint, shrink = terrain.texture, terrain.paint, 1.0
+    texture, paint = terrain.texture, terrain.paint
     while pixel_size > 1.4:
         smaller = (texture.shape[1] // 2, texture.shape[0] // 2)
         texture, paint = (cv2.resize(t, smaller, interpolation=cv2.INTER_AREA)
                           for t in (texture, paint))
-        shrink, pixel_size = 2 * shrink, pixel_size / 2
-    u, v = (u + 0.5) / shrink - 0.5, (v + 0.5) / shrink - 0.5
+        pixel_size /= 2
+    # Of odd sides halves are not half.
+    u, v = ((at + 0.5) * (small / full) - 0.5 for at, small, full in (
+        (u, texture.shape[1], terrain.texture.shape[1]),
+        (v, texture.shape[0], terrain.texture.shape[0])))
     colour = np.where(moving, sample(paint, u, v), sample(texture, u, v))
     lit = colour * sample(terrain.shade, *cells)
     return np.clip(np.rint(lit), 0, 255).astype(np.uint8), moving
