@@ -23,7 +23,7 @@ class SceneFeatures:
 
     points: np.ndarray  # (V, K, 2) float32, pixels
     scores: np.ndarray  # (V, K) float32
-    descriptors: np.ndarray  # (V, K, C) float32, of length 1
+    descriptors: np.ndarray  # (V, K, C) float32 of length 1; int8, of any length, where loaded
     seen_at: np.ndarray  # (V, V, K, 2) float32: where view [1] shows the points of view [0], or NaN
     size: np.ndarray  # (2,) int32: width and height of the views, pixels
 
@@ -62,10 +62,13 @@ def load_scene(path: Path) -> SceneFeatures:
     """Reads what save_scene wrote."""
     try:
         with np.load(path) as archive:
-            points, scores, steps, seen_at, size = (
-                archive[name] for name in ("points", "scores", "descriptors", "seen_at", "size"))
+            return SceneFeatures(*(archive[name] for name in (
+                "points", "scores", "descriptors", "seen_at", "size")))
     except (OSError, ValueError, KeyError) as error:
         raise TrainingError(f"{path}: cannot be read as a scene: {error}") from error
-    descriptors = steps.astype(np.float32)
-    norm = np.linalg.norm(descriptors, axis=2, keepdims=True)
-    return SceneFeatures(points, scores, descriptors / np.maximum(norm, 1e-6), seen_at, size)
+
+
+def unit_descriptors(descriptors: np.ndarray) -> np.ndarray:
+    """Descriptors (..., C) as float32 of length 1."""
+    values = descriptors.astype(np.float32)
+    return values / np.maximum(np.linalg.norm(values, axis=-1, keepdims=True), 1e-6)

@@ -8,7 +8,8 @@ import numpy as np
 
 from deepuav_training.config import check_field
 from deepuav_training.errors import TrainingError
-from deepuav_training.scene_cache import SceneFeatures, load_scene, scene_path
+from deepuav_training.scene_cache import (SceneFeatures, load_scene, scene_path,
+                                          unit_descriptors)
 
 UNMATCHED = -1  # no key point of the other view shows the same
 UNKNOWN = -2  # too near to one that may
@@ -65,12 +66,13 @@ def true_matches(points0: np.ndarray, points1: np.ndarray, seen0: np.ndarray, se
         points0: (N, 2) in view 0; points1: (M, 2) in view 1.
         seen0: (N, 2), where view 1 shows points0, NaN where it does not; seen1: (M, 2).
     """
-    distance = np.maximum(_distance(seen0, points1), _distance(seen1, points0).T)
+    from0, from1 = _distance(seen0, points1), _distance(seen1, points0)
+    distance = np.maximum(from0, from1.T)
     best0, best1 = distance.argmin(axis=1), distance.argmin(axis=0)
     mutual = best1[best0] == np.arange(len(points0))
     matched = mutual & (distance.min(axis=1) <= config.match_px)
-    match0 = _without_match(seen0, points1, config.apart_px)
-    match1 = _without_match(seen1, points0, config.apart_px)
+    match0, match1 = (np.where(nearest.min(axis=1) > config.apart_px, UNMATCHED, UNKNOWN)
+                      for nearest in (from0, from1))
     match0[matched] = best0[matched]
     match1[best0[matched]] = np.flatnonzero(matched)
     return match0, match1
@@ -78,13 +80,8 @@ def true_matches(points0: np.ndarray, points1: np.ndarray, seen0: np.ndarray, se
 
 def _distance(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(N, M) between where points are seen (N, 2) and points (M, 2); infinite for NaN."""
-    return np.nan_to_num(np.linalg.norm(seen[:, None] - points[None], axis=2), nan=np.inf)
-
-
-def _without_match(seen: np.ndarray, points: np.ndarray, apart_px: float) -> np.ndarray:
-    """UNMATCHED for those with none of `points` near where they are seen, else UNKNOWN."""
-    nearest = _distance(seen, points).min(axis=1)
-    return np.where(nearest > apart_px, UNMATCHED, UNKNOWN).astype(np.int64)
+    x, y = (seen[:, axis, None] - points[None, :, axis] for axis in (0, 1))
+    return np.where(np.isnan(seen[:, :1]), np.inf, np.sqrt(x * x + y * y))
 
 
 class MatchSource:
@@ -165,8 +162,8 @@ def make_sample(scene: SceneFeatures, a: int, b: int, config: MatchConfig,
     return MatchSample(
         np.stack([turned(p, turn) for p, turn in zip(shown, turns, strict=True)]),
         np.stack([scene.scores[view, rows] for view, rows in zip((a, b), chosen, strict=True)]),
-        np.stack([scene.descriptors[view, rows]
-                  for view, rows in zip((a, b), chosen, strict=True)]),
+        unit_descriptors(np.stack([scene.descriptors[view, rows]
+                                   for view, rows in zip((a, b), chosen, strict=True)])),
         np.stack(match))
 
 
