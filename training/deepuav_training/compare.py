@@ -59,6 +59,7 @@ class Comparison:
         self._labels = load_config(LabelConfig, config.labels)
         self._photos = held_out(self._labels, config.homography_pairs, config.seed)
         self._sequences = read_sequences(list(config.sequences))
+        self._extractors = {}
         self.results = json.loads(kept.read_text()) if kept.exists() else {}
 
     def measure(self, method_config: MethodConfig, points: int) -> None:
@@ -68,7 +69,8 @@ class Comparison:
         if all(key in self.results for key in keys.values()):
             return
         method = build_method(method_config,
-                              MethodOptions(points, c.threshold, c.precision, c.threads))
+                              MethodOptions(points, c.threshold, c.precision, c.threads,
+                                            self._extractors, max(c.points)))
         figures = measure_sets(method, self._labels, self._photos, c.seed, c.estimators)
         for name, sequence in self._sequences.items():
             pairs = choose_pairs(sequence, c.pose_pairs, c.seed)

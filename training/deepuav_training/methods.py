@@ -1,5 +1,6 @@
 """Methods that are compared: what finds key points in two images, and what matches them."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,6 +57,9 @@ class MethodOptions:
     threshold: float = 0.005  # least probability of a SuperPoint
     precision: str = "f32"  # of networks
     threads: int = 1
+    # Networks' extractors by kind and file, shared by methods of other options; None: not shared.
+    shared: dict | None = None
+    most_points: int = 1024  # that any method of the shared extractors takes
 
 
 def build_method(config: MethodConfig, options: MethodOptions) -> Method:
@@ -79,15 +83,47 @@ def nearest_methods(models: list[str], superglue: list[str], min_score: float,
     return [build_method(config, options) for config in methods]
 
 
+class RememberedExtractor:
+    """Extracts from each image once: fewer key points are the best of more."""
+
+    def __init__(self, extractor: Extractor):
+        self._extractor = extractor
+        self._found: dict[bytes, Features] = {}
+
+    def best(self, points: int) -> Extractor:
+        """An extractor of at most that many key points."""
+        return lambda image: _first(self._features(image), points)
+
+    def _features(self, image: np.ndarray) -> Features:
+        key = hashlib.blake2b(image.tobytes() + str(image.shape).encode()).digest()
+        if key not in self._found:
+            self._found[key] = self._extractor(image)
+        return self._found[key]
+
+
+def _first(features: Features, points: int) -> Features:
+    return Features(features.points[:points], features.scores[:points],
+                    features.descriptors[:points], features.size)
+
+
 def _extractor(kind: str, model: str, options: MethodOptions) -> Extractor:
     if kind == "sift":
         return SiftExtractor(options.points)
     if kind == "orb":
         return OrbExtractor(options.points)
+    if options.shared is None:
+        return _network_extractor(kind, model, options.points, options)
+    if (kind, model) not in options.shared:
+        options.shared[kind, model] = RememberedExtractor(
+            _network_extractor(kind, model, options.most_points, options))
+    return options.shared[kind, model].best(options.points)
+
+
+def _network_extractor(kind: str, model: str, points: int, options: MethodOptions) -> Extractor:
     if kind == "xfeat":
-        return XFeatExtractor(model, options.points, options.threads, options.precision)
+        return XFeatExtractor(model, points, options.threads, options.precision)
     network = Network(model, options.threads, options.precision)
-    detection = DetectionConfig(max_points=options.points, threshold=options.threshold)
+    detection = DetectionConfig(max_points=points, threshold=options.threshold)
     return lambda image: extract(network, image, detection)
 
 

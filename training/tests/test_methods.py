@@ -11,7 +11,8 @@ from deepuav_training.errors import TrainingError
 from deepuav_training.evaluate import SETS, Pair, measure
 from deepuav_training.export_superglue import export_onnx
 from deepuav_training.learned_matchers import SuperGlueMatcher, mutual_best
-from deepuav_training.methods import MethodConfig, MethodOptions, build_method
+from deepuav_training.methods import (MethodConfig, MethodOptions, RememberedExtractor,
+                                      build_method)
 from deepuav_training.metrics import mutual_nearest
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.runtime import Features
@@ -86,6 +87,24 @@ def test_missing_and_unknown_methods_are_named(tmp_path):
         SuperGlueMatcher(tmp_path / "g.onnx", 1, "f32", 0.2)
     with pytest.raises(TrainingError, match="surf"):
         ComparisonConfig(methods=({"name": "a", "extractor": "surf"},)).method_configs("c.yaml")
+
+
+def test_features_are_extracted_once_and_fewer_are_the_best_of_more():
+    seen = []
+
+    def extractor(image):
+        seen.append(image)
+        values = np.arange(10, 0, -1, dtype=np.float32)
+        return described(np.stack([values, values], axis=1), np.eye(10, dtype=np.float32))
+
+    remembered = RememberedExtractor(extractor)
+    image, other = np.zeros((8, 16), np.uint8), np.zeros((16, 8), np.uint8)
+    many, few = remembered.best(7)(image), remembered.best(3)(image.copy())
+    assert len(seen) == 1 and len(many.points) == 7
+    np.testing.assert_array_equal(few.points, many.points[:3])
+    assert few.descriptors.shape == (3, 10) and few.size == many.size
+    remembered.best(3)(other)
+    assert len(seen) == 2
 
 
 @pytest.fixture(name="photographs")
