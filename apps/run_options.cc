@@ -73,7 +73,8 @@ void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRe
                                           options->network.size, options->inference);
     if (NeedsSuperGlue(*options) && models.HasKind("superglue")) {
       options->superglue.model =
-          NetworkFile(options->superglue.model, "superglue", "", options->inference);
+          NetworkFile(options->superglue.model, "superglue", "",
+                      options->superglue.Inference(options->inference));
     }
     options->Check();
   } catch (const Error& error) {

@@ -52,8 +52,11 @@ def start_from(path: Path, state: TrainingState) -> None:
         state: whose weights are set.
     """
     try:
-        average = (noted_parameters(read_onnx(path), str(path)) if path.suffix == ".onnx" else
-                   torch.load(path, map_location="cpu", weights_only=True)["average"])
+        if path.suffix == ".onnx":
+            average = {name: torch.from_numpy(value) for name, value
+                       in noted_parameters(read_onnx(path), str(path)).items()}
+        else:
+            average = torch.load(path, map_location="cpu", weights_only=True)["average"]
         state.network.load_state_dict(average)
         state.average.load_state_dict(average)
     except (OSError, RuntimeError, KeyError, ValueError) as error:

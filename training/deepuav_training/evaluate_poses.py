@@ -26,6 +26,7 @@ _LEAST_BASELINE_M = 0.03
 _LARGEST_TURN_DEG = 50.0
 _INLIER_PX = 1.5
 _ITERATIONS = 10000
+_OPENCV_ITERATIONS = 1000  # each takes many times as long as one of PoseLib
 _CONFIDENCE = 0.9999
 _FARTHEST = 1e6  # baselines to a point that still tells in front from behind
 
@@ -92,7 +93,7 @@ def _opencv_pose(a: np.ndarray, b: np.ndarray, k: np.ndarray
                  ) -> tuple[np.ndarray, np.ndarray] | None:
     cv2.setRNGSeed(0)
     essential, inliers = cv2.findEssentialMat(a, b, k, cv2.RANSAC, _CONFIDENCE, _INLIER_PX,
-                                              _ITERATIONS)
+                                              _OPENCV_ITERATIONS)
     if essential is None or essential.shape != (3, 3):
         return None
     count, rotation, translation, _, _ = cv2.recoverPose(essential, a, b, k, mask=inliers,

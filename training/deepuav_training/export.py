@@ -18,7 +18,7 @@ from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
 from deepuav_training.models.superpoint_small import count_macs
-from deepuav_training.onnx_storage import halve
+from deepuav_training.onnx_storage import LEAST_VALUES, halve
 from deepuav_training.train_superpoint import TrainConfig, new_state
 
 _OPSET = 17
@@ -69,6 +69,16 @@ def check_export(network: nn.Module, path: Path) -> tuple[float, float]:
     return logits, descriptors
 
 
+@torch.no_grad()
+def rounded_to_16_bits(network: nn.Module) -> nn.Module:
+    """A copy with the weights that a file stored in 16 bits has."""
+    network = copy.deepcopy(network)
+    for parameter in network.parameters():
+        if parameter.numel() >= LEAST_VALUES:
+            parameter.copy_(parameter.half().float())
+    return network
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True, help="of the training run")
@@ -80,11 +90,12 @@ def main() -> None:
     config = load_config(TrainConfig, arguments.config)
     state = new_state(config)
     load_checkpoint(arguments.checkpoint or Path(config.run) / "checkpoint.pt", state)
-    export_onnx(state.average, arguments.out, arguments.in_16_bits)
-    logits, descriptors = check_export(state.average, arguments.out)
-    parameters = sum(p.numel() for p in state.average.parameters())
+    network = rounded_to_16_bits(state.average) if arguments.in_16_bits else state.average
+    export_onnx(network, arguments.out, arguments.in_16_bits)
+    logits, descriptors = check_export(network, arguments.out)
+    parameters = sum(p.numel() for p in network.parameters())
     print(f"{arguments.out}: step {state.step}, {parameters / 1e6:.3f} M parameters, "
-          f"{count_macs(state.average, 480, 752) / 1e9:.2f} GMAC at 752x480; differs from torch by "
+          f"{count_macs(network, 480, 752) / 1e9:.2f} GMAC at 752x480; differs from torch by "
           f"{logits:.1e} (logits) and {descriptors:.1e} (descriptors)")
 
 

@@ -16,6 +16,7 @@ import torch
 from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
+from deepuav_training.export import rounded_to_16_bits
 from deepuav_training.models.superglue import SuperGlue
 from deepuav_training.onnx_storage import halve, note_parameters
 from deepuav_training.train_superglue import GlueTrainConfig, new_state
@@ -106,11 +107,12 @@ def main() -> None:
     config = load_config(GlueTrainConfig, arguments.config)
     state = new_state(config, None)
     load_checkpoint(arguments.checkpoint or Path(config.run) / "checkpoint.pt", state)
-    export_onnx(state.average, arguments.out)
-    difference = check_export(state.average, arguments.out)
-    parameters = sum(p.numel() for p in state.average.parameters())
+    network = rounded_to_16_bits(state.average)
+    export_onnx(network, arguments.out)
+    difference = check_export(network, arguments.out)
+    parameters = sum(p.numel() for p in network.parameters())
     print(f"{arguments.out}: step {state.step}, {parameters / 1e6:.3f} M parameters, "
-          f"{count_macs(state.average, 512) / 1e9:.2f} GMAC at 512 points; differs from torch by "
+          f"{count_macs(network, 512) / 1e9:.2f} GMAC at 512 points; differs from torch by "
           f"{difference:.1e}")
 
 

@@ -2,17 +2,19 @@
 
 import copy
 import json
+from typing import TYPE_CHECKING
 
 import numpy as np
 import onnx
-import torch
 from onnx import TensorProto, helper, numpy_helper
-from torch import nn
 
 from deepuav_training.errors import TrainingError
 
+if TYPE_CHECKING:  # quantisation runs where there is no torch
+    from torch import nn
+
 _STORED = "_16"  # ending of the names of what is stored in 16 bits
-_LEAST_VALUES = 1024  # of a tensor that is worth it
+LEAST_VALUES = 1024  # of a tensor that is worth it
 _NOTE = "parameters"  # key of the file's metadata
 
 
@@ -21,7 +23,7 @@ def halve(model: onnx.ModelProto) -> onnx.ModelProto:
     model = copy.deepcopy(model)
     casts = []
     for tensor in model.graph.initializer:
-        if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < _LEAST_VALUES:
+        if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < LEAST_VALUES:
             continue
         name, values = tensor.name, numpy_helper.to_array(tensor).astype(np.float16)
         tensor.CopyFrom(numpy_helper.from_array(values, name + _STORED))
@@ -59,7 +61,7 @@ def constants(model: onnx.ModelProto) -> dict[str, np.ndarray]:
     return values
 
 
-def note_parameters(model: onnx.ModelProto, network: nn.Module) -> None:
+def note_parameters(model: onnx.ModelProto, network: "nn.Module") -> None:
     """Writes into the model's metadata which constant is which parameter, or its transpose.
 
     Raises:
@@ -76,13 +78,13 @@ def note_parameters(model: onnx.ModelProto, network: nn.Module) -> None:
     helper.set_model_props(model, {_NOTE: json.dumps(note)})
 
 
-def noted_parameters(model: onnx.ModelProto, where: str) -> dict[str, torch.Tensor]:
+def noted_parameters(model: onnx.ModelProto, where: str) -> dict[str, np.ndarray]:
     """The parameters that `note_parameters` noted, by name."""
     notes = [entry.value for entry in model.metadata_props if entry.key == _NOTE]
     if not notes:
         raise TrainingError(f"{where}: found no note of its parameters, expected an exported network")
     values = constants(model)
-    return {name: torch.from_numpy((values[constant].T if turned else values[constant]).copy())
+    return {name: (values[constant].T if turned else values[constant]).copy()
             for name, (constant, turned) in json.loads(notes[0]).items()}
 
 

@@ -162,8 +162,12 @@ size_t IndexOf(const std::vector<TensorInfo>& tensors, const std::string& name,
 
 void InferenceOptions::Check() const {
   CheckOption(threads >= 1, "inference.threads", threads, "at least 1");
+  CheckPrecision("inference.precision", precision);
+}
+
+void CheckPrecision(const std::string& option, const std::string& precision) {
   if (precision != "auto" && precision != "fp32" && precision != "bf16" && precision != "int8") {
-    throw Error("option inference.precision is '{}': expected auto, fp32, bf16 or int8", precision);
+    throw Error("option {} is '{}': expected auto, fp32, bf16 or int8", option, precision);
   }
 }
 

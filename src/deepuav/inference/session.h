@@ -28,6 +28,9 @@ struct InferenceOptions {
   }
 };
 
+/// Throws Error naming the option unless the precision is one of those that InferenceOptions takes.
+void CheckPrecision(const std::string& option, const std::string& precision);
+
 /// Whether this CPU computes in "fp32", "bf16" or "int8" by instructions of its own: what it must
 /// emulate is slower than fp32.
 bool HasFastArithmetic(const std::string& precision);

@@ -34,11 +34,17 @@ void SuperGlueOptions::Check() const {
   if (model.empty()) throw Error("option superglue.model is empty: expected the file of a network");
   CheckOption(keypoints >= 1, "superglue.keypoints", keypoints, "at least 1");
   CheckOption(min_score >= 0 && min_score < 1, "superglue.min_score", min_score, "0 to below 1");
+  if (!precision.empty()) CheckPrecision("superglue.precision", precision);
+}
+
+InferenceOptions SuperGlueOptions::Inference(InferenceOptions inference) const {
+  if (!precision.empty()) inference.precision = precision;
+  return inference;
 }
 
 SuperGlueMatcher::SuperGlueMatcher(int width, int height, const SuperGlueOptions& options,
                                    const InferenceOptions& inference)
-    : options_((options.Check(), options)), session_(options.model, inference) {
+    : options_((options.Check(), options)), session_(options.model, options.Inference(inference)) {
   SetImageSizes({width, height}, {width, height});
   for (size_t i = 0; i < sides_.size(); ++i) {
     const std::string number = std::to_string(i);

@@ -13,13 +13,19 @@ struct SuperGlueOptions {
   std::string model;
   int keypoints = 512;
   double min_score = 0.2;
+  std::string precision = "fp32";
 
   void Check() const;
+
+  /// `inference` with this matcher's precision.
+  InferenceOptions Inference(InferenceOptions inference) const;
+
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("model", model, "", "file of the network (.onnx, or OpenVINO's .xml)");
     visit("keypoints", keypoints, "", "key points of an image that are matched, the best first");
     visit("min_score", min_score, "", "least assignment probability of a match");
+    visit("precision", precision, "", "arithmetic, as inference.precision; empty: that one");
   }
 };
 

@@ -234,6 +234,25 @@ TEST(SuperGlueOptionsTest, AreChecked) {
     options.min_score = score;
     EXPECT_THROW(options.Check(), Error) << score;
   }
+  options.min_score = 0.2;
+  options.precision = "fp8";
+  EXPECT_THROW(options.Check(), Error);
+  for (const char* precision : {"", "auto", "bf16"}) {
+    options.precision = precision;
+    EXPECT_NO_THROW(options.Check()) << precision;
+  }
+}
+
+TEST(SuperGlueOptionsTest, PrecisionComesBeforeThatOfAllNetworks) {
+  InferenceOptions general;
+  general.threads = 3;
+  general.precision = "int8";
+  SuperGlueOptions options;
+  options.precision = "fp32";
+  EXPECT_EQ(options.Inference(general).precision, "fp32");
+  EXPECT_EQ(options.Inference(general).threads, 3);
+  options.precision = "";
+  EXPECT_EQ(options.Inference(general).precision, "int8");
 }
 
 /// A network, but no matcher.
