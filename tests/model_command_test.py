@@ -448,7 +448,9 @@ class Bench(ModelTest):
         matcher = dual_softmax_matcher(self.folder)
         text, rows = self.table("--threads", "1", "--model", matcher, "--points", "64")
         self.assertIn("160x123, 64 key points", text)
-        names = {*shipped_networks().values(), "dual_softmax.xml"}
+        shipped = {Path(m["file"]).name for m in json.loads(call("models", "--json").stdout) if m["precision"]}
+        self.assertIn("superglue.onnx", shipped)
+        names = {*shipped, "dual_softmax.xml"}
         self.assertEqual({row["network"] for row in rows}, names)
         for row in rows:
             if row["median"] == "not in this CPU":

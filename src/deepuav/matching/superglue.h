@@ -17,7 +17,7 @@ struct SuperGlueOptions {
 
   void Check() const;
 
-  /// `inference` with this matcher's precision.
+  /// `inference` with this matcher's precision, and without a cache.
   InferenceOptions Inference(InferenceOptions inference) const;
 
   template <typename Visitor>

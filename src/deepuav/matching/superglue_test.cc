@@ -243,14 +243,16 @@ TEST(SuperGlueOptionsTest, AreChecked) {
   }
 }
 
-TEST(SuperGlueOptionsTest, PrecisionComesBeforeThatOfAllNetworks) {
+TEST(SuperGlueOptionsTest, ItsPrecisionIsItsOwnAndNothingIsCached) {
   InferenceOptions general;
   general.threads = 3;
   general.precision = "int8";
+  general.cache_dir = "folder";
   SuperGlueOptions options;
   options.precision = "fp32";
   EXPECT_EQ(options.Inference(general).precision, "fp32");
   EXPECT_EQ(options.Inference(general).threads, 3);
+  EXPECT_EQ(options.Inference(general).cache_dir, "");
   options.precision = "";
   EXPECT_EQ(options.Inference(general).precision, "int8");
 }
