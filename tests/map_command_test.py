@@ -339,7 +339,9 @@ class Killed(MapTest):
         succeed(*run_arguments(SCENE, self.folder / "timed"))
         run_s = time.monotonic() - began
         killed, left_old, while_writing = 0, 0, 0
-        for attempt in range(KILLS):
+        for attempt in range(4 * KILLS):
+            if attempt >= KILLS and while_writing > 0:  # a busy machine hits the moment less often
+                break
             out = self.folder / f"out{attempt}"
             shutil.copytree(OLD, out)
             process = subprocess.Popen(command(*run_arguments(SCENE, out)), stdout=subprocess.DEVNULL,
