@@ -72,9 +72,8 @@ void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRe
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);
     if (NeedsSuperGlue(*options) && models.HasKind("superglue")) {
-      options->superglue.model =
-          NetworkFile(options->superglue.model, "superglue", "",
-                      options->superglue.Inference(options->inference));
+      options->superglue.model = NetworkFile(options->superglue.model, "superglue", "",
+                                             options->superglue.Inference(options->inference));
     }
     options->Check();
   } catch (const Error& error) {
