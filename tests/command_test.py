@@ -171,7 +171,8 @@ class Usage(CommandTest):
                                    (["features.keypoints", model], ["name=value"]),
                                    (["inference.precision=fp12", model], ["inference.precision", "bf16"]),
                                    (["matching.method=magic", model], ["matching.method", "superglue"]),
-                                   (["matching.method=superglue", "superglue.precision=fp8"], ["superglue.precision", "bf16"]),
+                                   (["matching.method=superglue", "superglue.precision=fp8"],
+                                    ["superglue.precision", "bf16"]),
                                    (["matching.method=superglue", "superglue.min_score=2"], ["superglue.min_score"]),
                                    (["features.size=huge"], ["'huge'", "small"])):
             with self.subTest(assignments=assignments):

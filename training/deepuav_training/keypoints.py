@@ -110,7 +110,13 @@ def sample_descriptors(descriptors: np.ndarray, points: np.ndarray) -> np.ndarra
             column = np.clip(base[:, 0] + j - 1, 0, columns - 1)
             weight = (weights[:, 1, i] * weights[:, 0, j]).astype(np.float32)
             result += weight[:, None] * table[row * columns + column]
-    return result / np.maximum(np.linalg.norm(result, axis=1, keepdims=True), _TINY)
+    return unit_descriptors(result)
+
+
+def unit_descriptors(descriptors: np.ndarray) -> np.ndarray:
+    """Descriptors (..., C), of bytes or of other length, as float32 of length 1."""
+    values = descriptors.astype(np.float32, copy=False)
+    return values / np.maximum(np.linalg.norm(values, axis=-1, keepdims=True), _TINY)
 
 
 def cubic_weights(fraction: np.ndarray, a: float = -0.75) -> np.ndarray:

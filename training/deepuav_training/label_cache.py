@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from deepuav_training.errors import TrainingError
+from deepuav_training.keypoints import unit_descriptors
 
 _DESCRIPTOR_SCALE = 127.0
 
@@ -41,8 +42,7 @@ def load_labels(path: Path) -> Labels:
     try:
         with np.load(path) as archive:
             points, mass = archive["points"], archive["mass"].astype(np.float32)
-            descriptors = archive["descriptors"].astype(np.float32)
+            descriptors = unit_descriptors(archive["descriptors"])
     except (OSError, ValueError, KeyError) as error:
         raise TrainingError(f"{path}: cannot be read as labels: {error}") from error
-    norm = np.linalg.norm(descriptors, axis=1, keepdims=True)
-    return Labels(points, mass, descriptors / np.maximum(norm, 1e-6))
+    return Labels(points, mass, descriptors)

@@ -37,10 +37,11 @@ def halve(model: onnx.ModelProto) -> onnx.ModelProto:
 def expand(model: onnx.ModelProto) -> onnx.ModelProto:
     """The model with all its constants in 32 bits: what `halve` took, but for the rounding."""
     model = copy.deepcopy(model)
-    stored = {tensor.name: tensor for tensor in model.graph.initializer}
+    stored = {tensor.name: tensor for tensor in model.graph.initializer
+              if tensor.name.endswith(_STORED) and tensor.data_type == TensorProto.FLOAT16}
     nodes = []
     for node in model.graph.node:
-        if node.op_type != "Cast" or not node.input[0].endswith(_STORED):
+        if node.op_type != "Cast" or node.input[0] not in stored:
             nodes.append(node)
             continue
         tensor = stored[node.input[0]]

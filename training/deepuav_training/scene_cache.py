@@ -66,9 +66,3 @@ def load_scene(path: Path) -> SceneFeatures:
                 "points", "scores", "descriptors", "seen_at", "size")))
     except (OSError, ValueError, KeyError) as error:
         raise TrainingError(f"{path}: cannot be read as a scene: {error}") from error
-
-
-def unit_descriptors(descriptors: np.ndarray) -> np.ndarray:
-    """Descriptors (..., C) as float32 of length 1."""
-    values = descriptors.astype(np.float32)
-    return values / np.maximum(np.linalg.norm(values, axis=-1, keepdims=True), 1e-6)

@@ -4,6 +4,7 @@ import numpy as np
 import onnx
 import pytest
 import torch
+from onnx import TensorProto, helper, numpy_helper
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
 from deepuav_training.data.pairs import Sample, cell_labels
@@ -12,7 +13,7 @@ from deepuav_training.export import check_export, export_onnx, rounded_to_16_bit
 from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
-from deepuav_training.onnx_storage import constants
+from deepuav_training.onnx_storage import constants, expand, halve
 from deepuav_training.onnx_weights import load_exported
 from deepuav_training.train_superpoint import TrainConfig, collate, losses_of, new_state
 from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
@@ -200,6 +201,20 @@ def test_weights_stored_in_16_bits_are_half_as_large_and_restored(tmp_path):
     after = constants(onnx.load(tmp_path / "half.onnx"))
     assert before.keys() == after.keys()
     assert all(np.allclose(before[name], after[name], atol=1e-3) for name in before)
+
+
+def test_conversions_of_other_values_stay_when_weights_are_expanded():
+    values = numpy_helper.from_array(np.ones((32, 32), np.float32), "weight")
+    nodes = [helper.make_node("Cast", ["x"], ["onnx::Cast_16"], to=TensorProto.DOUBLE),
+             helper.make_node("Cast", ["onnx::Cast_16"], ["y"], to=TensorProto.FLOAT),
+             helper.make_node("Add", ["y", "weight"], ["z"])]
+    ends = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [32, 32]) for name in "xz"]
+    model = helper.make_model(helper.make_graph(nodes, "g", ends[:1], ends[1:], [values]))
+    halved = halve(model)
+    assert [node.op_type for node in halved.graph.node] == ["Cast", "Cast", "Cast", "Add"]
+    restored = expand(halved)
+    assert [node.op_type for node in restored.graph.node] == ["Cast", "Cast", "Add"]
+    np.testing.assert_array_equal(constants(halved)["weight"], 1)
 
 
 def test_frozen_parameters_stay_and_the_others_learn():

@@ -8,8 +8,8 @@ import numpy as np
 
 from deepuav_training.config import check_field
 from deepuav_training.errors import TrainingError
-from deepuav_training.scene_cache import (SceneFeatures, load_scene, scene_path,
-                                          unit_descriptors)
+from deepuav_training.keypoints import unit_descriptors
+from deepuav_training.scene_cache import SceneFeatures, load_scene, scene_path
 
 UNMATCHED = -1  # no key point of the other view shows the same
 UNKNOWN = -2  # too near to one that may
