@@ -47,6 +47,18 @@ def scene_path(folder: str | Path, index: int) -> Path:
     return Path(folder) / f"{index // 1000:03d}" / f"{index:06d}.npz"
 
 
+def cached_scenes(folder: str | Path, count: int) -> list[Path]:
+    """The files of scenes 0 to count - 1 that exist.
+
+    Raises:
+        TrainingError: there is none.
+    """
+    found = [path for index in range(count) if (path := scene_path(folder, index)).exists()]
+    if not found:
+        raise TrainingError(f"{folder}: found no scenes, expected those of cache_scenes")
+    return found
+
+
 def save_scene(path: Path, scene: SceneFeatures) -> None:
     """Writes a scene: positions as they are, descriptors in 8 bits."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -18,6 +18,7 @@ from deepuav_training.config import check_field, load_config
 from deepuav_training.data.matches import MatchConfig, MatchSample, MatchSource
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
+from deepuav_training.scene_cache import cached_scenes
 from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
                                            run_arguments, start_run, training_state)
 
@@ -42,7 +43,7 @@ class GlueLossConfig:
 class GlueTrainConfig(RunConfig):
     """A training run of SuperGlue."""
 
-    scenes: str = "configs/scenes.yaml"  # the configuration that the scenes were cached with
+    scenes: tuple = ("configs/scenes.yaml",)  # configurations that scenes were cached with
     run: str = "runs/superglue"
     network: SuperGlueConfig = field(default_factory=SuperGlueConfig)
     matches: MatchConfig = field(default_factory=MatchConfig)
@@ -110,8 +111,9 @@ def main() -> None:
     arguments = run_arguments(__doc__.splitlines()[0]).parse_args()
     config = load_config(GlueTrainConfig, arguments.config)
     start_run(config, arguments)
-    scenes = load_config(CacheConfig, config.scenes)
-    source = MatchSource(scenes.cache, scenes.count, config.matches, config.seed)
+    caches = [load_config(CacheConfig, file) for file in config.scenes]
+    scenes = [path for cache in caches for path in cached_scenes(cache.cache, cache.count)]
+    source = MatchSource(scenes, config.matches, config.seed)
     _LOG.info("%d scenes", len(source))
     new = not (Path(config.run) / "checkpoint.pt").exists() and not arguments.init
     state = new_state(config, source if new else None)

@@ -14,7 +14,7 @@ from deepuav_training.export_superglue import (INPUTS, OUTPUT, check_export, cou
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.published_superglue import PublishedSuperGlue
-from deepuav_training.scene_cache import SceneFeatures, save_scene, scene_path
+from deepuav_training.scene_cache import SceneFeatures, cached_scenes, save_scene, scene_path
 from deepuav_training.train_superglue import (GlueTrainConfig, collate, losses_of, new_state,
                                               objective)
 from deepuav_training.training_run import Objective, train_step
@@ -43,7 +43,7 @@ def tiny_scene(seed, views=3, count=16):
 def tiny_source(tmp_path):
     for index in range(3):
         save_scene(scene_path(tmp_path / "scenes", index), tiny_scene(index))
-    return MatchSource(tmp_path / "scenes", 5, CONFIG.matches, seed=1)
+    return MatchSource(cached_scenes(tmp_path / "scenes", 5), CONFIG.matches, seed=1)
 
 
 def torch_inputs(counts, seed=0):
@@ -142,7 +142,7 @@ def test_positions_turn_by_right_angles_about_the_centre():
 
 def test_a_cache_without_scenes_is_refused(tmp_path):
     with pytest.raises(TrainingError, match="no scenes"):
-        MatchSource(tmp_path, 4, MatchConfig(), seed=1)
+        cached_scenes(tmp_path, 4)
 
 
 def test_a_new_network_is_the_dual_softmax_matcher():

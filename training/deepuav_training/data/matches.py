@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from deepuav_training.config import check_field
-from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import unit_descriptors
-from deepuav_training.scene_cache import SceneFeatures, load_scene, scene_path
+from deepuav_training.scene_cache import SceneFeatures, load_scene
 
 UNMATCHED = -1  # no key point of the other view shows the same
 UNKNOWN = -2  # too near to one that may
@@ -87,12 +86,9 @@ def _distance(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
 class MatchSource:
     """Draws pairs; a pair depends on the seed, its running number and the scenes alone."""
 
-    def __init__(self, cache: str | Path, count: int, config: MatchConfig, seed: int):
-        """`cache` holds scenes 0 to count - 1; those missing are left out."""
-        self._paths = [path for index in range(count)
-                       if (path := scene_path(cache, index)).exists()]
-        if not self._paths:
-            raise TrainingError(f"{cache}: found no scenes, expected those of cache_scenes")
+    def __init__(self, scenes: list[Path], config: MatchConfig, seed: int):
+        """`scenes` are files of save_scene."""
+        self._paths = scenes
         self._config, self._seed = config, seed
 
     def __len__(self) -> int:

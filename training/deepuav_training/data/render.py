@@ -44,6 +44,12 @@ class Camera:
         return -self.camera_from_world[:, :3].T @ self.camera_from_world[:, 3]
 
 
+def pinhole(focal_px: float, width: int, height: int) -> np.ndarray:
+    """The matrix (3, 3) of a camera whose axis goes through the picture's middle."""
+    return np.array([[focal_px, 0, 0.5 * (width - 1)], [0, focal_px, 0.5 * (height - 1)],
+                     [0, 0, 1]])
+
+
 @dataclass(frozen=True)
 class Rendering:
     """What a camera sees of a terrain."""

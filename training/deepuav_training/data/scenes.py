@@ -6,10 +6,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from deepuav_training.config import check_field
+from deepuav_training.data.faces import render_faces
 from deepuav_training.data.homography import (HomographyConfig, inside, sample_homography,
                                               warp_image, warp_points)
 from deepuav_training.data.photometric import PhotometricConfig, degrade
-from deepuav_training.data.render import Rendering, render, visible_points, world_points
+from deepuav_training.data.render import (Camera, Rendering, render, visible_points,
+                                          world_points)
+from deepuav_training.data.rooms import (RoomConfig, camera_at, draw_viewpoint, make_room,
+                                         moving_faces, other_viewpoint)
 from deepuav_training.data.terrain import (TerrainConfig, draw_pose, look_at, make_terrain,
                                            near_pose, with_moving_things)
 
@@ -30,14 +34,18 @@ class SceneConfig:
     width: int = 480  # pixels of a view
     height: int = 360
     flat_share: float = 0.4  # scenes that are a photograph seen by homographies
+    room_share: float = 0.0  # scenes that are a room or hall; the rest are terrains from above
     near_share: float = 0.4  # of a flat scene's views that are a small step from another
     view: HomographyConfig = _VIEW  # of a flat scene's views, from the photograph
     step: HomographyConfig = _STEP
     terrain: TerrainConfig = field(default_factory=TerrainConfig)
+    room: RoomConfig = field(default_factory=RoomConfig)
     photometric: PhotometricConfig = field(default_factory=PhotometricConfig)
 
     def check(self, where: str) -> None:
         check_field(self.views >= 2, where, "views", self.views, "at least 2")
+        check_field(0 <= self.flat_share <= 1 - self.room_share <= 1, where, "room_share",
+                    self.room_share, "a share of at most 1 - flat_share")
         for name in ("width", "height"):
             side = getattr(self, name)
             check_field(side > 0 and side % 8 == 0, where, name, side, "a positive multiple of 8")
@@ -54,8 +62,13 @@ class Scene:
 def make_scene(photo: np.ndarray, paint: np.ndarray, maps: list[np.ndarray],
                rng: np.random.Generator, config: SceneConfig) -> Scene:
     """A random scene of a photograph; `paint` is another one, and `maps` height maps."""
-    scene = (flat_scene(photo, rng, config) if rng.random() < config.flat_share
-             else terrain_scene(photo, paint, maps, rng, config))
+    kind = rng.random()
+    if kind < config.flat_share:
+        scene = flat_scene(photo, rng, config)
+    elif kind < config.flat_share + config.room_share:
+        scene = room_scene(photo, paint, rng, config)
+    else:
+        scene = terrain_scene(photo, paint, maps, rng, config)
     return Scene([degrade(image, rng, config.photometric) for image in scene.images],
                  scene.transfer)
 
@@ -98,6 +111,26 @@ def terrain_scene(photo: np.ndarray, paint: np.ndarray, maps: list[np.ndarray],
     cameras = [look_at(pose, ground, focal, config.width, config.height) for pose in poses]
     renderings = [render(with_moving_things(terrain, altitude, rng, c), camera)
                   for camera in cameras]
+    return rendered_scene(renderings, cameras)
+
+
+def room_scene(photo: np.ndarray, paint: np.ndarray, rng: np.random.Generator,
+               config: SceneConfig) -> Scene:
+    """Views from within a room, each of nearly the same as an earlier one."""
+    c = config.room
+    room = make_room(photo, paint, rng, c)
+    views = [draw_viewpoint(room, rng, c)]
+    while len(views) < config.views:
+        views.append(other_viewpoint(views[rng.integers(len(views))], room, rng, c))
+    focal = rng.uniform(*c.focal) * config.width
+    cameras = [camera_at(view, focal, config.width, config.height) for view in views]
+    renderings = [render_faces(room.faces + moving_faces(room, rng, c), camera)
+                  for camera in cameras]
+    return rendered_scene(renderings, cameras)
+
+
+def rendered_scene(renderings: list[Rendering], cameras: list[Camera]) -> Scene:
+    """Correspondences by depth: where a point is hidden or on a moving thing there is none."""
 
     def transfer(points: np.ndarray, a: int, b: int) -> np.ndarray:
         world = world_points(renderings[a], cameras[a], points)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from deepuav_training.config import check_field
-from deepuav_training.data.render import Camera, Terrain
+from deepuav_training.data.render import Camera, Terrain, pinhole
 from deepuav_training.errors import TrainingError
 
 _STEEP = 1.0  # slope beyond which a building's side is its wall
@@ -180,6 +180,4 @@ def look_at(pose: Pose, ground_height: float, focal_px: float, width: int, heigh
     target = np.array([*pose.target, -ground_height])
     distance = focal_px / pose.scale
     translation = np.array([0, 0, distance]) - rotation @ target
-    matrix = np.array([[focal_px, 0, 0.5 * (width - 1)], [0, focal_px, 0.5 * (height - 1)],
-                       [0, 0, 1]])
-    return Camera(matrix, np.c_[rotation, translation], width, height)
+    return Camera(pinhole(focal_px, width, height), np.c_[rotation, translation], width, height)
