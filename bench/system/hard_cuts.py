@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares networks in the whole program on real sequences made harder.
 
-  .venv/bin/python bench/system/hard_cuts.py [--models default FILE ...] [--only NAME ...] [--cuts NAME ...]
+  .venv/bin/python bench/system/hard_cuts.py [--models default FILE default+superglue ...] [--only NAME ...] [--cuts NAME ...]
 
 Of each sequence it makes cuts (in .cache/hard_cuts, where they stay for the next time) and runs the program over them
 with each network:
@@ -29,6 +29,7 @@ from run import processor  # noqa: E402
 CUTS = ("as_is", "third", "fifth", "dim", "blur")
 BLUR_PX = 12
 DEFAULT = "default"
+MATCHER = "+superglue"
 
 
 def make_cut(cut, sequence):
@@ -48,8 +49,11 @@ def make_cut(cut, sequence):
 def run_once(program, dataset, model, out, horizontal):
     """Summary of the run and error of its largest map; no error without a map."""
     command = [program, "run", dataset, "--out", out, "--log-level", "error"]
-    if model != DEFAULT:
-        command += ["--model", model]
+    features = model.removesuffix(MATCHER)
+    if features != DEFAULT:
+        command += ["--model", features]
+    if features != model:
+        command += ["--set", "matching.method=superglue"]
     if subprocess.run(command, stdout=subprocess.DEVNULL).returncode not in (0, 1):
         raise SystemExit(f"hard_cuts.py: {' '.join(map(str, command))} failed")
     report = out / "eval.json"
@@ -73,7 +77,7 @@ def cell(run):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", nargs="*", default=[DEFAULT, str(ROOT / "../shared/models/superpoint_coco.onnx")],
-                        help=f"network files; '{DEFAULT}': the one that runs by default")
+                        help=f"network files; '{DEFAULT}': the one that runs by default; with '{MATCHER}' behind: matched by it")
     parser.add_argument("--only", nargs="*", default=["euroc_mh01_excerpt", "7scenes_redkitchen", "uav_nadir_survey"])
     parser.add_argument("--cuts", nargs="*", default=list(CUTS), choices=CUTS)
     parser.add_argument("--program", type=Path, default=ROOT / "build/deepuav")
