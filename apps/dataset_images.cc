@@ -22,7 +22,7 @@ DatasetImages::DatasetImages(Dataset* dataset, const FrameRange& range)
 
 std::optional<TimedImage> DatasetImages::Next() {
   while (next_ < end_) {
-    const int frame = next_;
+    const auto frame = static_cast<int>(next_);
     next_ += stride_;
     try {
       return TimedImage{FrameId{(frame - start_) / stride_}, dataset_->Time(frame),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "deepuav/io/dataset.h"
 #include "deepuav/system/image_source.h"
 
@@ -19,13 +21,13 @@ class DatasetImages : public ImageSource {
   DatasetImages(Dataset* dataset, const FrameRange& range);
 
   std::optional<TimedImage> Next() override;
-  int count() const { return (end_ - start_ + stride_ - 1) / stride_; }
+  int count() const { return 1 + (end_ - start_ - 1) / stride_; }
   int unreadable() const { return unreadable_; }
 
  private:
   Dataset* dataset_;
   int start_, end_, stride_;
-  int next_;
+  int64_t next_;  ///< May go beyond the last frame by a stride.
   int unreadable_ = 0;
 };
 

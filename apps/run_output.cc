@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <exception>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -177,22 +178,41 @@ void RemoveMapTrajectories(const std::filesystem::path& folder) {
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts) {
   const MapId main = MainMap(FramesByMap(atlas, result));
-  WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main));
-  WriteTrajectory(folder / "keyframes.txt",
-                  main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
-  RemoveMapTrajectories(folder);
+  std::exception_ptr first_failure;
+  const auto attempt = [&first_failure](const auto& write) {
+    try {
+      write();
+    } catch (...) {
+      if (!first_failure) first_failure = std::current_exception();
+    }
+  };
+  attempt([&] { WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main)); });
+  attempt([&] {
+    WriteTrajectory(folder / "keyframes.txt",
+                    main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
+  });
+  attempt([&] { RemoveMapTrajectories(folder); });
   for (MapId map : atlas.Remaining()) {
     if (map == main) continue;
-    WriteTrajectory(folder / MapTrajectoryName(map.value), FrameTrajectory(result, map));
+    attempt([&] {
+      WriteTrajectory(folder / MapTrajectoryName(map.value), FrameTrajectory(result, map));
+    });
   }
-  WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result));
-  WriteFileAtomically(folder / "timings.csv", TimingsCsv(result));
-  WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
+  attempt([&] { WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result)); });
+  attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
+  attempt([&] {
+    WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
+  });
   // The large ones last: on a full disk the others are there.
-  WritePly(folder / "points.ply",
-           main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColoredPoint>{});
-  WriteMapFile(folder / "map.deepuav", atlas, camera,
-               {DEEPUAV_VERSION, facts.features, facts.matcher, facts.image_names});
+  attempt([&] {
+    WritePly(folder / "points.ply",
+             main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColoredPoint>{});
+  });
+  attempt([&] {
+    WriteMapFile(folder / "map.deepuav", atlas, camera,
+                 {DEEPUAV_VERSION, facts.features, facts.matcher, facts.image_names});
+  });
+  if (first_failure) std::rethrow_exception(first_failure);
 }
 
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {

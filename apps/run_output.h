@@ -28,7 +28,7 @@ struct RunFacts {
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
 /// frames.csv, timings.csv, summary.json. The first three hold the map in which most frames lie;
 /// the frames of another map N go into trajectory-map-N.txt. Each file appears only once it is
-/// complete. Throws Error naming a file that cannot be written.
+/// complete. Throws Error naming the first file that could not be written, after all others.
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts);
 

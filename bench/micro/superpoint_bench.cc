@@ -22,22 +22,26 @@ std::vector<float> SyntheticLogits() {
       const double distance = std::hypot(channel % 8 - x, channel / 8 - y);
       double logit = random.Uniform(-1, 1) - 2 * distance;
       if (channel == kSuperPointLogits - 1) logit = has_point ? -1 : 8;
-      logits[static_cast<size_t>(channel * kRows * kColumns + cell)] = static_cast<float>(logit);
+      logits[static_cast<size_t>(cell * kSuperPointLogits + channel)] = static_cast<float>(logit);
     }
   }
   return logits;
 }
 
 struct Prepared {
-  Prepared() : heat_map(kRows * kColumns * 64), descriptors(kRows * kColumns * kDimension) {
+  Prepared()
+      : heat_map(kRows * kColumns * 64),
+        descriptors(kRows * kColumns * kDimension),
+        inverse_lengths(kRows * kColumns) {
     LogitsToHeatMap(SyntheticLogits(), kRows, kColumns, heat_map, &scratch);
     peaks = FindPeaks(Map(), {});
     Random random(2);
     for (float& value : descriptors) value = static_cast<float>(random.Gaussian(1.0 / 16));
+    InverseLengths(descriptors, inverse_lengths);
   }
   HeatMap Map() const { return {heat_map.data(), 8 * kColumns, 8 * kRows, 8 * kColumns}; }
 
-  std::vector<float> heat_map, scratch, descriptors;
+  std::vector<float> heat_map, scratch, descriptors, inverse_lengths;
   std::vector<Peak> peaks;
 };
 
@@ -48,6 +52,12 @@ void BM_LogitsToHeatMap(benchmark::State& state) {
     LogitsToHeatMap(logits, kRows, kColumns, prepared.heat_map, &prepared.scratch);
 }
 BENCHMARK(BM_LogitsToHeatMap)->Unit(benchmark::kMillisecond);
+
+void BM_InverseLengths(benchmark::State& state) {
+  Prepared prepared;
+  for (auto _ : state) InverseLengths(prepared.descriptors, prepared.inverse_lengths);
+}
+BENCHMARK(BM_InverseLengths)->Unit(benchmark::kMillisecond);
 
 void BM_FindPeaks(benchmark::State& state) {
   const Prepared prepared;
@@ -71,7 +81,8 @@ BENCHMARK(BM_RefinePeaks)->Unit(benchmark::kMillisecond);
 void BM_SampleDescriptors(benchmark::State& state) {
   const Prepared prepared;
   std::vector<float> descriptor(kDimension);
-  const DescriptorMap map{prepared.descriptors.data(), kRows, kColumns, kDimension};
+  const DescriptorMap map{prepared.descriptors.data(), prepared.inverse_lengths.data(), kRows,
+                          kColumns, kDimension};
   for (auto _ : state) {
     for (const Peak& peak : prepared.peaks) {
       SampleDescriptor(map, {static_cast<float>(peak.x) + 0.3f, static_cast<float>(peak.y)},

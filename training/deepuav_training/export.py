@@ -18,7 +18,8 @@ from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
 from deepuav_training.errors import TrainingError
 from deepuav_training.models.superpoint_small import count_macs
-from deepuav_training.onnx_storage import LEAST_VALUES, halve
+from deepuav_training.keypoints import unit_descriptors
+from deepuav_training.onnx_storage import LEAST_VALUES, halve, without_norm
 from deepuav_training.train_superpoint import TrainConfig, new_state
 
 _OPSET = 17
@@ -28,7 +29,10 @@ _DESCRIPTOR_TOLERANCE = 1e-4
 
 
 def export_onnx(network: nn.Module, path: Path, in_16_bits: bool = False) -> None:
-    """Writes the network with dynamic batch, height and width; its weights in 32 or 16 bits."""
+    """Writes the network with dynamic batch, height and width; its weights in 32 or 16 bits.
+
+    The file's descriptors are of any length: who samples them brings them to length 1.
+    """
     network = copy.deepcopy(network).eval().to(memory_format=torch.contiguous_format)
     cells = {0: "batch", 2: "rows", 3: "columns"}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -39,8 +43,8 @@ def export_onnx(network: nn.Module, path: Path, in_16_bits: bool = False) -> Non
                           output_names=["logits", "descriptors"],
                           dynamic_axes={"image": {0: "batch", 2: "height", 3: "width"},
                                         "logits": cells, "descriptors": cells})
-    if in_16_bits:
-        onnx.save(halve(onnx.load(str(path))), str(path))
+    model = without_norm(onnx.load(str(path)))
+    onnx.save(halve(model) if in_16_bits else model, str(path))
     onnx.checker.check_model(str(path))
 
 
@@ -53,7 +57,8 @@ def largest_differences(network: nn.Module, path: Path) -> tuple[float, float]:
         image = generator.random((1, 1, height, width), dtype=np.float32)
         with torch.no_grad():
             expected = network.eval()(torch.from_numpy(image))
-        found = compiled(image)
+        found = dict(zip(("logits", "descriptors"), compiled(image).values(), strict=True))
+        found["descriptors"] = unit_descriptors(found["descriptors"], axis=1)
         worst = np.maximum(worst, [np.abs(found[name] - value.numpy()).max() for name, value
                                    in zip(("logits", "descriptors"), expected, strict=True)])
     return float(worst[0]), float(worst[1])

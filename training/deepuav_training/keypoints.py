@@ -92,7 +92,7 @@ def sample_descriptors(descriptors: np.ndarray, points: np.ndarray) -> np.ndarra
     """Bicubic descriptors of length 1 at key points.
 
     Args:
-        descriptors: (C, h, w); the centre of cell (i, j) is pixel (8j + 3.5, 8i + 3.5).
+        descriptors: (C, h, w) of length 1; the centre of cell (i, j) is pixel (8j + 3.5, 8i + 3.5).
         points: (N, 2) in pixels.
 
     Returns:
@@ -113,10 +113,10 @@ def sample_descriptors(descriptors: np.ndarray, points: np.ndarray) -> np.ndarra
     return unit_descriptors(result)
 
 
-def unit_descriptors(descriptors: np.ndarray) -> np.ndarray:
-    """Descriptors (..., C), of bytes or of other length, as float32 of length 1."""
+def unit_descriptors(descriptors: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Descriptors along an axis, of bytes or of other length, as float32 of length 1."""
     values = descriptors.astype(np.float32, copy=False)
-    return values / np.maximum(np.linalg.norm(values, axis=-1, keepdims=True), _TINY)
+    return values / np.maximum(np.linalg.norm(values, axis=axis, keepdims=True), _TINY)
 
 
 def cubic_weights(fraction: np.ndarray, a: float = -0.75) -> np.ndarray:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # quantisation runs where there is no torch
 
 _STORED = "_16"  # ending of the names of what is stored in 16 bits
 LEAST_VALUES = 1024  # of a tensor that is worth it
+_DESCRIPTORS = "descriptors"  # SuperPoint's output
 _NOTE = "parameters"  # key of the file's metadata
 
 
@@ -50,6 +51,43 @@ def expand(model: onnx.ModelProto) -> onnx.ModelProto:
     del model.graph.node[:]
     model.graph.node.extend(nodes)
     return model
+
+
+def without_norm(model: onnx.ModelProto) -> onnx.ModelProto:
+    """The model without the division that ends in `descriptors`, which the program does cheaper.
+
+    A model that ends otherwise stays as it is.
+    """
+    model = copy.deepcopy(model)
+    graph = model.graph
+    makers = {name: node for node in graph.node for name in node.output}
+    division = makers.get(_DESCRIPTORS)
+    if division is None or division.op_type != "Div":
+        return model
+    raw = division.input[0]
+    graph.node.remove(division)
+    makers[raw].output[list(makers[raw].output).index(raw)] = _DESCRIPTORS
+    for node in graph.node:
+        for i, name in enumerate(node.input):
+            if name == raw:
+                node.input[i] = _DESCRIPTORS
+    _remove_unused(graph)
+    return model
+
+
+def _remove_unused(graph: onnx.GraphProto) -> None:
+    """Takes out nodes of which nothing goes on, until none is left."""
+    while True:
+        used = {name for node in graph.node for name in node.input}
+        used |= {output.name for output in graph.output}
+        unused = [node for node in graph.node if used.isdisjoint(node.output)]
+        if not unused:
+            break
+        for node in unused:
+            graph.node.remove(node)
+    kept = [tensor for tensor in graph.initializer if tensor.name in used]
+    del graph.initializer[:]
+    graph.initializer.extend(kept)
 
 
 def constants(model: onnx.ModelProto) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ import openvino
 
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import (DetectionConfig, detect, probability_map,
-                                        sample_descriptors)
+                                        sample_descriptors, unit_descriptors)
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class Network:
         """Runs one grey image (H, W), uint8 or float32 in 0..1; H and W are multiples of 8.
 
         Returns:
-            logits (65, H/8, W/8) and descriptors (256, H/8, W/8), float32.
+            logits (65, H/8, W/8) and descriptors of length 1 (256, H/8, W/8), float32.
         """
         if image.dtype == np.uint8:
             image = image.astype(np.float32) / 255.0
         request = self._request(image.shape)
         request.infer([image[None, None]])
         return (request.get_tensor("logits").data[0].copy(),
-                request.get_tensor("descriptors").data[0].copy())
+                unit_descriptors(request.get_tensor("descriptors").data[0], axis=0))
 
     def _request(self, shape: tuple[int, int]) -> openvino.InferRequest:
         if shape not in self._requests:

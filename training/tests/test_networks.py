@@ -2,6 +2,7 @@ import copy
 
 import numpy as np
 import onnx
+import openvino
 import pytest
 import torch
 from onnx import TensorProto, helper, numpy_helper
@@ -13,8 +14,9 @@ from deepuav_training.export import check_export, export_onnx, rounded_to_16_bit
 from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import (Residual, SmallSuperPoint,
                                                       SmallSuperPointConfig, count_macs)
-from deepuav_training.onnx_storage import constants, expand, halve
+from deepuav_training.onnx_storage import constants, expand, halve, without_norm
 from deepuav_training.onnx_weights import load_exported
+from deepuav_training.runtime import Network
 from deepuav_training.train_superpoint import TrainConfig, collate, losses_of, new_state
 from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
 
@@ -140,6 +142,23 @@ def test_exported_network_equals_torch_at_any_size(tmp_path):
     export_onnx(network, tmp_path / "n.onnx")
     logits, descriptors = check_export(network, tmp_path / "n.onnx")
     assert logits < 2e-3 and descriptors < 1e-4
+
+
+def test_an_exported_file_leaves_the_descriptors_length_to_its_user(tmp_path):
+    torch.manual_seed(8)
+    network = SmallSuperPoint(TINY).eval()
+    export_onnx(network, tmp_path / "n.onnx")
+    model = onnx.load(str(tmp_path / "n.onnx"))
+    assert {"Div", "ReduceL2", "Shape"}.isdisjoint(node.op_type for node in model.graph.node)
+    assert without_norm(model) == model
+    raw = compiled_output(tmp_path / "n.onnx", "descriptors", torch.rand(1, 1, 24, 32))
+    assert np.abs(np.linalg.norm(raw, axis=1) - 1).min() > 1e-3
+    _, found = Network(tmp_path / "n.onnx")(np.random.default_rng(1).random((24, 32), np.float32))
+    np.testing.assert_allclose(np.linalg.norm(found, axis=0), 1, rtol=1e-5)
+
+
+def compiled_output(path, name, image):
+    return openvino.Core().compile_model(str(path), "CPU")(image.numpy())[name]
 
 
 def test_export_of_other_weights_is_noticed(tmp_path):

@@ -193,7 +193,8 @@ class BlockCholesky {
   bool FactorizeColumn(int column) {
     auto panel = FactorColumn(column);
     const Eigen::LLT<Block> diagonal(Block(panel.template topRows<kSize>()));
-    // LLT lets what is not a number pass.
+    // LLT lets what is not a number pass, and leaves pivots that it refuses as they were.
+    if (diagonal.info() != Eigen::Success) return false;
     if (!(diagonal.matrixLLT().diagonal().array() > 0).all()) return false;
     panel.template topRows<kSize>() = diagonal.matrixL();
     auto below = panel.bottomRows(panel.rows() - kSize);

@@ -94,6 +94,12 @@ TEST(BlockCholesky, TellsAMatrixThatIsNotPositiveDefinite) {
   EXPECT_FALSE(factor.Factorize(system.values.data()));
 }
 
+TEST(BlockCholesky, TellsAnIndefiniteBlockWithAPositiveDiagonal) {
+  const Eigen::Matrix2d indefinite{{1, 2}, {2, 1}};
+  BlockCholesky<2> factor(BlockPattern::OfPairs(1, {}));
+  EXPECT_FALSE(factor.Factorize(indefinite.data()));
+}
+
 TEST(BlockElimination, AChainFillsNothingIn) {
   std::vector<std::pair<int, int>> chain;
   for (int i = 1; i < 100; ++i) chain.emplace_back(i, i - 1);

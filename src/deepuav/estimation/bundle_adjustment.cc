@@ -98,6 +98,11 @@ void Minimize(const BundleStructure& structure, const BundleOptions& options,
   }
 }
 
+FocalPrior FocalPriorOf(const BundleProblem& problem, const BundleOptions& options) {
+  const double guess = problem.focal_guess_px > 0 ? problem.focal_guess_px : problem.pinhole.fx;
+  return {guess, 1 / options.focal_sigma};
+}
+
 bool IsOutlier(const BundleObservation& observation, const BundleState& state, double chi_square) {
   if (!UsableObservation(observation)) return true;
   const Eigen::Vector3d point =
@@ -114,13 +119,15 @@ void BundleOptions::Check() const {
   CheckOption(chi_square > 0 && std::isfinite(chi_square), "chi_square", chi_square, "above 0");
   CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
               min_relative_decrease, "at least 0 and below 1");
+  CheckOption(focal_sigma > 0, "focal_sigma", focal_sigma, "above 0");
 }
 
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop) {
   options.Check();
   CheckBundleProblem(*problem);
-  const BundleStructure structure(*problem);
+  BundleStructure structure(*problem);
+  if (options.refine_focal) structure.focal_prior = FocalPriorOf(*problem, options);
   BundleState state{{problem->pinhole, problem->k1, problem->k2},
                     problem->cam_from_world,
                     problem->landmarks_world};

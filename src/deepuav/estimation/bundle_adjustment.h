@@ -28,6 +28,7 @@ struct BundleProblem {
   /// Radial distortion k1, k2 of the observed pixels about (cx, cy), refined with the focal length
   /// where the options say so: px = centre + f (1 + k1 r^2 + k2 r^4) (x/z, y/z).
   double k1 = 0, k2 = 0;
+  double focal_guess_px = 0;  ///< What fx was before anything refined it; 0: what it is.
 };
 
 struct BundleOptions {
@@ -35,7 +36,8 @@ struct BundleOptions {
   double chi_square = 5.991;  ///< Huber threshold is its square root; also the bound of `outlier`.
   double min_relative_decrease = 1e-4;  ///< Of the cost in a step: less counts as converged.
   bool refine_focal = false;            ///< One scale for fx and fy.
-  bool refine_radial = false;           ///< k1 and k2.
+  double focal_sigma = 0.1;    ///< Standard deviation of the guess of the focal length, over it.
+  bool refine_radial = false;  ///< k1 and k2.
 
   void Check() const;
   template <typename Visitor>
@@ -45,6 +47,8 @@ struct BundleOptions {
           "squared error over sigma from which the loss grows linearly");
     visit("min_relative_decrease", min_relative_decrease, "",
           "decrease of the cost below which a step is the last");
+    visit("focal_sigma", focal_sigma, "",
+          "standard deviation of a guessed focal length, as a share of it, where it is refined");
   }
 };
 
@@ -57,8 +61,9 @@ struct BundleReport {
 };
 
 /// Levenberg-Marquardt over camera poses and landmarks, landmarks eliminated by the Schur
-/// complement, Huber loss. Cost and steps depend only on the problem (no threads, fixed order).
-/// `stop`, if given, is asked between the steps.
+/// complement, Huber loss. A focal length that is refined is held by its guess where nothing else
+/// tells it from the height, as in level flight over flat ground. Cost and steps depend only on the
+/// problem (no threads, fixed order). `stop`, if given, is asked between the steps.
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
 

@@ -249,6 +249,36 @@ TEST(AdjustBundle, RefinesAFocalLengthFivePercentWrong) {
   }
 }
 
+/// Level flight without turns: focal length and height may grow together.
+SyntheticWorld LevelFlight() {
+  Random random(27);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksInBox(400, {-6, -6, 9}, {14, 6, 11}, &random);
+  for (int i = 0; i < 9; ++i)
+    world.cam_from_world.emplace_back(Eigen::Quaterniond::Identity(),
+                                      Eigen::Vector3d(-i, 0.3 * (i % 3), 0));
+  return world;
+}
+
+TEST(AdjustBundle, KeepsAFocalLengthThatNothingTells) {
+  const SyntheticWorld world = LevelFlight();
+  for (const double sigma : {0.001, 0.1}) {
+    Random random(28);
+    BundleProblem problem = MakeBundleProblem(world, {1, 0}, &random);
+    Disturb(0.02, 0.005, 0.02, &random, &problem);
+    problem.focal_guess_px = problem.pinhole.fx;
+    problem.pinhole.fx *= 1.3;  // As an adjustment without the guess may leave it.
+    problem.pinhole.fy *= 1.3;
+    BundleOptions options = Precise();
+    options.max_iterations = 200;
+    options.refine_focal = true;
+    options.focal_sigma = sigma;
+    AdjustBundle(&problem, options);
+    EXPECT_NEAR(problem.pinhole.fx / problem.focal_guess_px, 1, sigma < 0.01 ? 0.002 : 0.1);
+    EXPECT_DOUBLE_EQ(problem.pinhole.fx, problem.pinhole.fy);
+  }
+}
+
 TEST(AdjustBundle, SameInputGivesTheSameBits) {
   const SyntheticWorld world = OrbitWorld(21, 8, 200);
   Random random(22);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/reprojection.h"
@@ -40,7 +41,7 @@ struct BundleCamera {
     return jacobian;
   }
 
-  /// d Project / d calibration; the focal parameter s scales fx and fy by 1 + s.
+  /// d Project / d calibration; the focal parameter s scales fx and fy by exp(s).
   Matrix23dCalibration CalibrationJacobian(const Eigen::Vector3d& point_cam) const {
     const double x = point_cam.x() / point_cam.z(), y = point_cam.y() / point_cam.z();
     const double squared = x * x + y * y;
@@ -55,8 +56,8 @@ struct BundleCamera {
 
   BundleCamera Moved(const Vector3dCalibration& step) const {
     BundleCamera moved = *this;
-    moved.pinhole.fx *= 1 + step[kFocalScale];
-    moved.pinhole.fy *= 1 + step[kFocalScale];
+    moved.pinhole.fx *= std::exp(step[kFocalScale]);
+    moved.pinhole.fy *= std::exp(step[kFocalScale]);
     moved.k1 += step[kRadial1];
     moved.k2 += step[kRadial2];
     return moved;

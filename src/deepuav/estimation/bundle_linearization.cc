@@ -93,13 +93,20 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
           weight * camera_jacobian.transpose() * jacobian;
     }
   }
+  if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
+}
+
+void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
+  calibration_calibration(kFocalScale, kFocalScale) += prior.per_sigma * prior.per_sigma;
+  calibration_gradient[kFocalScale] += prior.per_sigma * prior.Error(fx);
 }
 
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double max_squared_error = MaxSquaredError(state.camera);
-  double cost = 0;
+  const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
+  double cost = prior * prior;
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];

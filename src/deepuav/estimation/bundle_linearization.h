@@ -37,11 +37,14 @@ struct BundleLinearization {
   Vector3dCalibration calibration_gradient;
   std::vector<Matrix6dCalibration> camera_calibration;    ///< By free camera.
   std::vector<Matrix3dCalibration> calibration_landmark;  ///< By group.
+
+ private:
+  void AddPrior(const FocalPrior& prior, double fx);
 };
 
-/// Sum of the Huber losses of the grouped observations. An error above 45 degrees, or a landmark
-/// behind the camera, costs as much as 45 degrees and has no part in the linearisation: it is an
-/// outlier of the step.
+/// Sum of the Huber losses of the grouped observations and of the prior's loss. An error above 45
+/// degrees, or a landmark behind the camera, costs as much as 45 degrees and has no part in the
+/// linearisation: it is an outlier of the step.
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss);
 

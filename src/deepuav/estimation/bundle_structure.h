@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "deepuav/estimation/bundle_adjustment.h"
@@ -14,6 +15,14 @@ struct GroupedObservation {
   int group = 0;
   Eigen::Vector2d px;
   double per_sigma = 1;  ///< 1/px
+};
+
+/// What is known of the focal length beforehand: its logarithm is normally distributed.
+struct FocalPrior {
+  double guess_px = 1;
+  double per_sigma = 0;  ///< 1 / standard deviation of the logarithm; 0: nothing is known.
+
+  double Error(double fx) const { return per_sigma * std::log(fx / guess_px); }
 };
 
 /// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if
@@ -33,6 +42,7 @@ struct BundleStructure {
   /// The observations of each free camera, ascending: those of free camera i are
   /// camera_observations[camera_begin[i] .. camera_begin[i + 1]).
   std::vector<int> camera_observations, camera_begin;
+  FocalPrior focal_prior;
 };
 
 /// Throws Error for sizes that do not fit, indices out of range, or poses and a calibration that

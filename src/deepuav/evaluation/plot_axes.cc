@@ -12,6 +12,7 @@ constexpr double kPixelsPerTickX = 70, kPixelsPerTickY = 32;
 constexpr double kTickLength = 4, kTickFont = 11, kLabelFont = 12;
 constexpr double kXTickLabelGap = 16, kXLabelGap = 34, kYTickLabelGap = 7, kYLabelGap = 50;
 constexpr double kBaselineShift = 4;
+constexpr double kLeastExtent = 1e-9;  ///< Of an axis, as a share of its largest value.
 constexpr const char *kGridColor = "#e4e4e4", *kFrameColor = "#444";
 
 int TickCount(double pixels, double pixels_per_tick) {
@@ -23,7 +24,11 @@ int TickCount(double pixels, double pixels_per_tick) {
 PlotRange RangeOf(const std::vector<double>& values, double margin_ratio) {
   if (values.empty()) return {};
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  const double margin = *high > *low ? margin_ratio * (*high - *low) : 0.5;
+  // What differs by less is rounding: an axis of it would have ticks that doubles cannot tell
+  // apart.
+  const double least = kLeastExtent * std::max({std::abs(*low), std::abs(*high), 1.0});
+  const double extent = *high - *low;
+  const double margin = extent > least ? margin_ratio * extent : std::max(0.5, least);
   return {*low - margin, *high + margin};
 }
 
@@ -36,9 +41,8 @@ std::vector<double> Ticks(const PlotRange& range, int most) {
   }
   std::vector<double> ticks;
   const double last = std::floor(range.high / step);
-  for (double count = std::ceil(range.low / step); count <= last; ++count) {
-    ticks.push_back(count * step);
-  }
+  const double first = std::ceil(range.low / step);
+  for (int i = 0; i <= most && first + i <= last; ++i) ticks.push_back((first + i) * step);
   return ticks;
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,20 @@ TEST(Ticks, AreRoundAndInside) {
 }
 
 TEST(Ticks, ASingleValueStillHasARange) { EXPECT_GT(RangeOf({3, 3, 3}, 0.05).Extent(), 0); }
+
+TEST(Ticks, EndWhereValuesDifferByRoundingAlone) {
+  for (const double value : {1.5, -100.3, 430.7, 1e17}) {
+    std::vector<double> values{value, value};
+    for (int ulps = 0; ulps < 5; ++ulps) {
+      const PlotRange range = RangeOf(values, 0.05);
+      EXPECT_LT(range.low, range.high);
+      const std::vector<double> ticks = Ticks(range, 6);
+      EXPECT_LE(ticks.size(), 7u);
+      EXPECT_GE(ticks.size(), 1u);
+      values.push_back(std::nextafter(values.back(), 2 * std::abs(value)));
+    }
+  }
+}
 
 TEST(PlotAxes, MapsTheCornersOfTheRange) {
   const PlotAxes axes({{10, 20}, {100, 50}}, {0, 1}, {-2, 2});

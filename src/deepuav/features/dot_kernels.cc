@@ -112,9 +112,14 @@ std::vector<uint8_t> PackPanels(const int8_t* b, int b_rows, int dimension) {
   for (ptrdiff_t j = 0; j < b_rows; ++j) {
     uint8_t* out = packed.data() + (j / kPanelRows * groups * kPanelRows + j % kPanelRows) * kGroup;
     const int8_t* row = b + j * dimension;
-    for (ptrdiff_t k = 0; k < dimension; ++k) {
-      out[k / kGroup * kPanelRows * kGroup + k % kGroup] = static_cast<uint8_t>(row[k] + 128);
+    ptrdiff_t k = 0;
+    for (; k + kGroup <= dimension; k += kGroup, out += kPanelRows * kGroup) {
+      uint32_t group;
+      std::memcpy(&group, row + k, kGroup);
+      group ^= 0x80808080U;  // Adds 128 to each byte.
+      std::memcpy(out, &group, kGroup);
     }
+    for (; k < dimension; ++k) out[k % kGroup] = static_cast<uint8_t>(row[k] + 128);
   }
   return packed;
 }

@@ -4,6 +4,12 @@
 #include <numeric>
 
 namespace deepuav {
+namespace {
+
+constexpr float kLastCell =
+    1023;  ///< What lies farther, as in a map file of whatever origin, shares it.
+
+}  // namespace
 
 KeypointGrid::KeypointGrid(const Features& features) : features_(features) {
   Eigen::Vector2f low = Eigen::Vector2f::Zero(), high = Eigen::Vector2f::Zero();
@@ -13,8 +19,8 @@ KeypointGrid::KeypointGrid(const Features& features) : features_(features) {
     high = i == 0 ? px : high.cwiseMax(px);
   }
   origin_px_ = low;
-  columns_ = 1 + static_cast<int>((high.x() - low.x()) / kCellPx);
-  rows_ = 1 + static_cast<int>((high.y() - low.y()) / kCellPx);
+  columns_ = 1 + static_cast<int>(std::min((high.x() - low.x()) / kCellPx, kLastCell));
+  rows_ = 1 + static_cast<int>(std::min((high.y() - low.y()) / kCellPx, kLastCell));
 
   cell_start_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
   const auto cell_of = [this](const Keypoint& k) {

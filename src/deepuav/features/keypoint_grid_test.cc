@@ -44,6 +44,16 @@ std::vector<int> FindSorted(const KeypointGrid& grid, const Eigen::Vector2d& px,
   return found;
 }
 
+TEST(KeypointGrid, StandsKeypointsFarOffAnyImage) {
+  for (const float far : {700000.0f, 1048576.0f, 1e20f}) {
+    const Features features = FeaturesAt({{0, 0}, {far, far}, {0, 0.6f * far}, {5, 5}});
+    const KeypointGrid grid(features);
+    EXPECT_EQ(FindSorted(grid, {0, 0}, 10), (std::vector<int>{0, 3}));
+    EXPECT_EQ(FindSorted(grid, {far, far}, 1), (std::vector<int>{1}));
+    EXPECT_EQ(FindSorted(grid, {0, 0.6f * far}, 1), (std::vector<int>{2}));
+  }
+}
+
 TEST(KeypointGrid, FindsWhatBruteForceFinds) {
   Random random(1);
   size_t total = 0;

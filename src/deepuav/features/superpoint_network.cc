@@ -1,6 +1,8 @@
 #include "deepuav/features/superpoint_network.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 #include "deepuav/base/error.h"
 
@@ -94,7 +96,9 @@ SuperPointNetwork::SuperPointNetwork(int width, int height, const std::string& m
   descriptor_output_ = outputs.descriptors;
   detector_gives_logits_ = outputs.detector_gives_logits;
   dimension_ = outputs.dimension;
-  session_.Compile({descriptor_output_});
+  std::set<std::string> channels_last{descriptor_output_};
+  if (detector_gives_logits_) channels_last.insert(detector_output_);
+  session_.Compile(channels_last);
   session_.SetInput(input, input_);
 }
 
@@ -136,9 +140,12 @@ HeatMap SuperPointNetwork::ReadHeatMap() {
   return map;
 }
 
-DescriptorMap SuperPointNetwork::ReadDescriptors() const {
-  return {session_.Output(descriptor_output_).data(), padded_height_ / kSuperPointCell,
-          padded_width_ / kSuperPointCell, dimension_};
+DescriptorMap SuperPointNetwork::ReadDescriptors() {
+  const int rows = padded_height_ / kSuperPointCell, columns = padded_width_ / kSuperPointCell;
+  const std::span<const float> values = session_.Output(descriptor_output_);
+  inverse_lengths_.resize(static_cast<size_t>(rows) * static_cast<size_t>(columns));
+  InverseLengths(values, inverse_lengths_);
+  return {values.data(), inverse_lengths_.data(), rows, columns, dimension_};
 }
 
 }  // namespace deepuav

@@ -27,7 +27,7 @@ class SuperPointNetwork {
   /// that are not finite.
   HeatMap ReadHeatMap();
   /// Of the last image with what was added to it; valid until the next.
-  DescriptorMap ReadDescriptors() const;
+  DescriptorMap ReadDescriptors();
 
   int dimension() const { return dimension_; }
   /// File, SHA-256 and precision.
@@ -41,7 +41,7 @@ class SuperPointNetwork {
   std::string detector_output_, descriptor_output_;
   bool detector_gives_logits_ = false;
   int dimension_ = 0;
-  std::vector<float> input_, heat_map_, softmax_scratch_;
+  std::vector<float> input_, heat_map_, softmax_scratch_, inverse_lengths_;
 };
 
 }  // namespace deepuav

@@ -6,21 +6,22 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "deepuav/base/error.h"
 
 namespace deepuav {
 namespace {
 
-/// exp(x) for x in [-80, 0], to 3e-7 of itself; smaller x give exp(-80). Written so that compilers
-/// vectorise it: 2^n by the exponent's bits times the Taylor polynomial of 2^f, |f| <= 0.5.
+constexpr float kLowestExponent = -80.0f;
+
+/// exp(x) for x in [kLowestExponent, 0], to 3e-7 of itself. Written so that compilers vectorise it:
+/// 2^n by the exponent's bits times the Taylor polynomial of 2^f, |f| <= 0.5.
 inline float FastExp(float x) {
-  constexpr float kLowest = -80.0f;
   constexpr float kLog2E = 1.44269504f;
   constexpr float kLn2High = 0.693359375f,
                   kLn2Low = -2.12194440e-4f;      // Cody and Waite's two parts of ln 2
   constexpr float kRoundToInteger = 12582912.0f;  // 1.5 * 2^23
-  x = x < kLowest ? kLowest : x;
   const float shifted = x * kLog2E + kRoundToInteger;
   const float n = shifted - kRoundToInteger;
   const float r = (x - n * kLn2High) - n * kLn2Low;
@@ -36,32 +37,56 @@ inline float FastExp(float x) {
   return std::bit_cast<float>(std::bit_cast<uint32_t>(p) + exponent);
 }
 
-/// Exponentials of one row of cells, relative to each cell's largest: `exponentials` [65, columns]
-/// and the inverse of each cell's sum.
-void RowExponentials(const float* logits, size_t channel_stride, int columns, float* exponentials,
-                     float* inverse_sums) {
-  float* largest = inverse_sums;
-  std::copy_n(logits, columns, largest);
-  float not_finite = 0;  // 0 unless a value is infinite or NaN
-  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
-    const float* row = logits + static_cast<size_t>(channel) * channel_stride;
-    for (int x = 0; x < columns; ++x) largest[x] = largest[x] < row[x] ? row[x] : largest[x];
+constexpr size_t kBins = kSuperPointCell * kSuperPointCell;  ///< Of a cell with a point.
+constexpr size_t kLanes = 16;
+static_assert(kBins % kLanes == 0 && kSuperPointLogits == kBins + 1);
+
+float Largest(const float* logits) {
+  std::array<float, kLanes> lanes;
+  std::copy_n(logits, kLanes, lanes.begin());
+  float* largest = lanes.data();
+  for (size_t i = kLanes; i < kBins; i += kLanes) {
+    const float* values = logits + i;
+    for (size_t k = 0; k < kLanes; ++k)
+      largest[k] = largest[k] < values[k] ? values[k] : largest[k];
   }
-  std::array<float, 8> partial{};
-  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
-    const float* row = logits + static_cast<size_t>(channel) * channel_stride;
-    float* out = exponentials + static_cast<size_t>(channel) * static_cast<size_t>(columns);
-    for (int x = 0; x < columns; ++x) out[x] = FastExp(row[x] - largest[x]);
-    for (int x = 0; x < columns; ++x) partial[static_cast<size_t>(x % 8)] += row[x] * 0.0f;
+  return std::max(*std::max_element(lanes.begin(), lanes.end()), logits[kBins]);
+}
+
+/// Exponentials of a row of cells, relative to each cell's largest: `exponentials` [columns, 65].
+void RowExponentials(const float* logits, int columns, float* exponentials) {
+  std::array<float, kLanes> partial{};  // 0 unless a value is infinite or NaN
+  for (int x = 0; x < columns;
+       ++x, logits += kSuperPointLogits, exponentials += kSuperPointLogits) {
+    const float largest = Largest(logits);
+    // Two loops: with the bound in one of them, compilers vectorise none.
+    for (int i = 0; i < kSuperPointLogits; ++i) {
+      const float exponent = logits[i] - largest;
+      exponentials[i] = exponent < kLowestExponent ? kLowestExponent : exponent;
+    }
+    for (int i = 0; i < kSuperPointLogits; ++i) exponentials[i] = FastExp(exponentials[i]);
+    for (size_t i = 0; i < kBins; ++i) partial[i % kLanes] += logits[i] * 0.0f;
+    partial[0] += logits[kBins] * 0.0f;
   }
-  for (const float value : partial) not_finite += value;
-  if (not_finite != 0) throw Error("the detector's logits have a value that is not finite");
-  std::fill_n(inverse_sums, columns, 0.0f);
-  for (int channel = 0; channel < kSuperPointLogits; ++channel) {
-    const float* row = exponentials + static_cast<size_t>(channel) * static_cast<size_t>(columns);
-    for (int x = 0; x < columns; ++x) inverse_sums[x] += row[x];
+  for (const float value : partial) {
+    if (value != 0) throw Error("the detector's logits have a value that is not finite");
   }
-  for (int x = 0; x < columns; ++x) inverse_sums[x] = 1.0f / inverse_sums[x];
+}
+
+/// The inverse of the sum of each cell's exponentials [columns, 65]; several cells in turns, as one
+/// addition waits for the one before.
+void InverseSums(const float* exponentials, int columns, float* inverse_sums) {
+  constexpr int kAtOnce = 8;
+  for (int x = 0; x < columns; x += kAtOnce) {
+    const int count = std::min(kAtOnce, columns - x);
+    std::array<float, kAtOnce> sums{};
+    const float* first = exponentials + static_cast<ptrdiff_t>(x) * kSuperPointLogits;
+    for (int i = 0; i < kSuperPointLogits; ++i) {
+      for (int k = 0; k < count; ++k)
+        sums[static_cast<size_t>(k)] += first[k * kSuperPointLogits + i];
+    }
+    for (int k = 0; k < count; ++k) inverse_sums[x + k] = 1.0f / sums[static_cast<size_t>(k)];
+  }
 }
 
 bool AllBelow(const float* row, int begin, int end, float score) {
@@ -119,16 +144,15 @@ void LogitsToHeatMap(std::span<const float> logits, int rows, int columns,
   float* exponentials = scratch->data();
   float* inverse_sums = exponentials + width * kSuperPointLogits;
   for (int row = 0; row < rows; ++row) {
-    RowExponentials(logits.data() + static_cast<size_t>(row) * width, cells, columns, exponentials,
-                    inverse_sums);
+    RowExponentials(logits.data() + static_cast<size_t>(row) * width * kSuperPointLogits, columns,
+                    exponentials);
+    InverseSums(exponentials, columns, inverse_sums);
     for (int dy = 0; dy < kSuperPointCell; ++dy) {
-      const float* channels = exponentials + static_cast<size_t>(dy * kSuperPointCell) * width;
+      const float* bins = exponentials + dy * kSuperPointCell;
       float* out = heat_map.data() +
                    static_cast<size_t>(row * kSuperPointCell + dy) * width * kSuperPointCell;
-      for (size_t x = 0; x < width; ++x) {
-        for (size_t dx = 0; dx < kSuperPointCell; ++dx) {
-          out[x * kSuperPointCell + dx] = channels[dx * width + x] * inverse_sums[x];
-        }
+      for (int x = 0; x < columns; ++x, bins += kSuperPointLogits, out += kSuperPointCell) {
+        for (int dx = 0; dx < kSuperPointCell; ++dx) out[dx] = bins[dx] * inverse_sums[x];
       }
     }
   }
@@ -214,6 +238,22 @@ Eigen::Vector2f PeakRefiner::Refine(const HeatMap& heat_map, const Peak& peak) c
   return Eigen::Vector2f(static_cast<float>(peak.x), static_cast<float>(peak.y)) + offset;
 }
 
+void InverseLengths(std::span<const float> descriptors, std::span<float> inverse_lengths) {
+  const size_t dimension = descriptors.size() / std::max<size_t>(inverse_lengths.size(), 1);
+  for (size_t cell = 0; cell < inverse_lengths.size(); ++cell) {
+    std::array<float, kLanes> lanes{};
+    float* sums = lanes.data();
+    const float* values = descriptors.data() + cell * dimension;
+    size_t i = 0;
+    for (; i + kLanes <= dimension; i += kLanes) {
+      for (size_t k = 0; k < kLanes; ++k) sums[k] += values[i + k] * values[i + k];
+    }
+    for (; i < dimension; ++i) sums[0] += values[i] * values[i];
+    const float squared = std::accumulate(lanes.begin(), lanes.end(), 0.0f);
+    inverse_lengths[cell] = squared == 0 ? 0.0f : 1.0f / std::sqrt(squared);
+  }
+}
+
 void SampleDescriptor(const DescriptorMap& map, const Eigen::Vector2f& px,
                       std::span<float> descriptor) {
   constexpr float kFirstCentre = 0.5f * (kSuperPointCell - 1);
@@ -231,10 +271,10 @@ void SampleDescriptor(const DescriptorMap& map, const Eigen::Vector2f& px,
     for (int i = 0; i < 4; ++i) {
       const int column = std::clamp(static_cast<int>(corner.x()) - 1 + i, 0, map.columns - 1);
       const auto k = static_cast<size_t>(i);
-      cells[k] = map.values + (static_cast<size_t>(row) * static_cast<size_t>(map.columns) +
-                               static_cast<size_t>(column)) *
-                                  dimension;
-      weights[k] = weights_x[k] * weights_y[static_cast<size_t>(j)];
+      const size_t index =
+          static_cast<size_t>(row) * static_cast<size_t>(map.columns) + static_cast<size_t>(column);
+      cells[k] = map.values + index * dimension;
+      weights[k] = weights_x[k] * weights_y[static_cast<size_t>(j)] * map.inverse_lengths[index];
     }
     const float *a = cells[0], *b = cells[1], *c = cells[2], *d = cells[3];
     float* out = descriptor.data();

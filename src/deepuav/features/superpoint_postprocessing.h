@@ -20,7 +20,7 @@ struct HeatMap {
   const float* Row(int y) const { return values + static_cast<ptrdiff_t>(y) * stride; }
 };
 
-/// The softmax over the channels of `logits` [65, rows, columns] without the "no point" bin, as a
+/// The softmax over the channels of `logits` [rows, columns, 65] without the "no point" bin, as a
 /// map of 8 rows x 8 columns pixels (DeTone et al., SuperPoint, 2018, section 3.3). `scratch` is
 /// kept to avoid allocation. Throws Error for values that are not finite.
 void LogitsToHeatMap(std::span<const float> logits, int rows, int columns,
@@ -65,15 +65,20 @@ class PeakRefiner {
   float max_offset_px_;
 };
 
-/// Descriptors at every cell, [rows, columns, dimension].
+/// Descriptors at every cell, [rows, columns, dimension], and what brings each to length 1.
 struct DescriptorMap {
   const float* values = nullptr;
+  const float* inverse_lengths = nullptr;  ///< [rows, columns]
   int rows = 0, columns = 0, dimension = 0;
 };
 
-/// The L2-normalised descriptor at `px`, bicubically interpolated (Keys 1981): cell (0, 0) has its
-/// centre at pixel (3.5, 3.5); the outermost cells continue beyond the map. Throws Error for values
-/// that are not finite.
+/// 1 / length of each descriptor [cells, dimension], 0 for one of length 0. Cheaper here than in
+/// the network, which writes all of them once more.
+void InverseLengths(std::span<const float> descriptors, std::span<float> inverse_lengths);
+
+/// The descriptor of length 1 at `px`, bicubically interpolated (Keys 1981) from those of length 1:
+/// cell (0, 0) has its centre at pixel (3.5, 3.5); the outermost cells continue beyond the map.
+/// Throws Error for values that are not finite.
 void SampleDescriptor(const DescriptorMap& map, const Eigen::Vector2f& px,
                       std::span<float> descriptor);
 

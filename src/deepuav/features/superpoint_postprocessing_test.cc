@@ -45,7 +45,8 @@ TEST(LogitsToHeatMap, IsTheSoftmaxOfEachCell) {
     for (int row = 0; row < kRows; ++row) {
       for (int column = 0; column < kColumns; ++column) {
         const auto logit = [&](int channel) {
-          return double{logits[static_cast<size_t>((channel * kRows + row) * kColumns + column)]};
+          return double{
+              logits[static_cast<size_t>((row * kColumns + column) * kSuperPointLogits + channel)]};
         };
         double sum = 0;
         for (int channel = 0; channel < kSuperPointLogits; ++channel)
@@ -278,14 +279,22 @@ struct RandomCells {
                                              kDimension)
         .cast<double>();
   }
-  DescriptorMap View() const { return {values.data(), kRows, kColumns, kDimension}; }
 
   std::vector<float> values;
 };
 
+void Sample(const RandomCells& cells, const Eigen::Vector2f& px, std::vector<float>* found) {
+  std::vector<float> inverse_lengths(RandomCells::kRows * RandomCells::kColumns);
+  InverseLengths(cells.values, inverse_lengths);
+  found->resize(RandomCells::kDimension);
+  SampleDescriptor({cells.values.data(), inverse_lengths.data(), RandomCells::kRows,
+                    RandomCells::kColumns, RandomCells::kDimension},
+                   px, *found);
+}
+
 Eigen::VectorXd Sample(const RandomCells& cells, const Eigen::Vector2f& px) {
-  std::vector<float> found(RandomCells::kDimension);
-  SampleDescriptor(cells.View(), px, found);
+  std::vector<float> found;
+  Sample(cells, px, &found);
   return Eigen::Map<Eigen::VectorXf>(found.data(), RandomCells::kDimension).cast<double>();
 }
 
@@ -317,7 +326,7 @@ TEST(SampleDescriptor, IsTheCubicConvolution) {
     for (int row = -3; row < RandomCells::kRows + 3; ++row) {
       for (int column = -3; column < RandomCells::kColumns + 3; ++column) {
         expected += KeysKernel((px.x() - 3.5) / 8 - column) * KeysKernel((px.y() - 3.5) / 8 - row) *
-                    cells.At(row, column);
+                    cells.At(row, column).normalized();
       }
     }
     EXPECT_LT((Sample(cells, px) - expected.normalized()).norm(), 1e-5);
@@ -333,8 +342,26 @@ TEST(SampleDescriptor, ZeroStaysZero) {
 TEST(SampleDescriptor, ValuesThatAreNotFiniteAreRefused) {
   RandomCells cells;
   cells.values[0] = std::numeric_limits<float>::quiet_NaN();
-  std::vector<float> found(RandomCells::kDimension);
-  EXPECT_THROW(SampleDescriptor(cells.View(), {4, 4}, found), Error);
+  std::vector<float> found;
+  EXPECT_THROW(Sample(cells, {4, 4}, &found), Error);
+  cells.values[0] = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(Sample(cells, {4, 4}, &found), Error);
+}
+
+TEST(InverseLengths, BringEachDescriptorToLengthOne) {
+  for (const int dimension : {3, 16, 256}) {
+    Random random(8);
+    std::vector<float> values(static_cast<size_t>(5 * dimension)), inverse(5);
+    for (float& value : values) value = static_cast<float>(random.Gaussian(3));
+    std::fill_n(values.begin() + dimension, dimension, 0.0f);
+    InverseLengths(values, inverse);
+    for (int cell = 0; cell < 5; ++cell) {
+      const double length = Eigen::Map<Eigen::VectorXf>(values.data() + cell * dimension, dimension)
+                                .cast<double>()
+                                .norm();
+      EXPECT_NEAR(inverse[static_cast<size_t>(cell)] * length, cell == 1 ? 0 : 1, 1e-6);
+    }
+  }
 }
 
 }  // namespace

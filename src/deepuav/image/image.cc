@@ -1,6 +1,7 @@
 #include "deepuav/image/image.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -16,6 +17,7 @@ using Bytes = std::vector<uint8_t>;
 
 // Beyond any camera: a damaged header that claims more would only exhaust the memory.
 constexpr double kMaxPixels = 200e6;
+constexpr int64_t kMaxBytes = int64_t{1} << 30;
 
 size_t BigEndian(const Bytes& bytes, size_t at, int count) {
   size_t value = 0;
@@ -80,7 +82,11 @@ GreyImage LoadGrey(const std::filesystem::path& file) {
   if (!stream || std::filesystem::is_directory(file)) {
     throw Error("image {}: cannot be opened: expected a readable image file", file.string());
   }
-  Bytes bytes(static_cast<size_t>(stream.tellg()));
+  const auto size = static_cast<int64_t>(stream.tellg());
+  if (size > kMaxBytes) {
+    throw Error("image {}: has {} bytes: expected at most {}", file.string(), size, kMaxBytes);
+  }
+  Bytes bytes(static_cast<size_t>(std::max<int64_t>(size, 0)));
   stream.seekg(0);
   if (!stream.read(reinterpret_cast<char*>(bytes.data()),
                    static_cast<std::streamsize>(bytes.size()))) {

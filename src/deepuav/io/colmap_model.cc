@@ -1,6 +1,8 @@
 #include "deepuav/io/colmap_model.h"
 
 #include <fmt/format.h>
+#include <set>
+#include <string>
 
 #include <iterator>
 
@@ -91,11 +93,16 @@ void WriteImages(const std::filesystem::path& file, const Map& map, const ImageN
   lines.Add(
       "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then X Y POINT3D_ID of each key point");
   lines.EndLine();
+  std::set<std::string> taken;
   map.keyframes().ForEach([&](const Keyframe& keyframe) {
+    // Flights that were joined may have files of the same name.
+    std::string name = ColmapName(keyframe, names);
+    if (!taken.insert(name).second) name = fmt::format("{}_{}", ImageId(keyframe.id), name);
+    taken.insert(name);
     const Eigen::Quaterniond& q = keyframe.cam_from_world.rotation();
     const Eigen::Vector3d& t = keyframe.cam_from_world.translation();
     lines.Add("{} {} {} {} {} {} {} {} {} {}", ImageId(keyframe.id), q.w(), q.x(), q.y(), q.z(),
-              t.x(), t.y(), t.z(), kCameraId, ColmapName(keyframe, names));
+              t.x(), t.y(), t.z(), kCameraId, name);
     lines.EndLine();
     const char* separator = "";
     for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {

@@ -246,6 +246,14 @@ TEST_F(ColmapModelTest, NamesWithoutBlanksOrElseTimes) {
   EXPECT_EQ(model.images.at(9).name, "1002");
 }
 
+TEST_F(ColmapModelTest, NamesDifferWhereThoseOfTheFilesDoNot) {
+  const Camera camera = CameraWith(LensModel::kPinhole, {});
+  const ColmapModel model = Written(ProjectedMap(camera, {0, 0}), camera,
+                                    {{KeyframeId{4}, "000010.png"}, {KeyframeId{6}, "000010.png"}});
+  EXPECT_EQ(model.images.at(5).name, "000010.png");
+  EXPECT_EQ(model.images.at(7).name, "7_000010.png");
+}
+
 /// A landmark behind all its cameras, as damage could leave one.
 TEST_F(ColmapModelTest, APointThatProjectsNowhereHasNoError) {
   const Camera camera = CameraWith(LensModel::kPinhole, {});

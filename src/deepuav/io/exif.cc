@@ -16,7 +16,8 @@
 namespace deepuav {
 namespace {
 
-constexpr double kFullFrameWidthMm = 36;
+constexpr double kFullFrameWidthMm = 36, kFullFrameDiagonalMm = 43.2666;
+constexpr double kFullFrameAspect = 1.5;
 constexpr double kMmPerInch = 25.4;
 
 // Sensor widths of cameras that drones carry, for photographs that give only the focal length in
@@ -245,8 +246,15 @@ PhotoExif ReadExif(const std::filesystem::path& file) {
   return ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
 }
 
-std::optional<double> FocalLengthPx(const PhotoExif& exif, int long_side_px) {
-  if (exif.focal_length_35mm) return *exif.focal_length_35mm / kFullFrameWidthMm * long_side_px;
+std::optional<double> FocalLengthPx(const PhotoExif& exif, int width_px, int height_px) {
+  const double long_side_px = std::max(width_px, height_px);
+  const double short_side_px = std::min(width_px, height_px);
+  if (exif.focal_length_35mm) {
+    const double px_per_mm = long_side_px < kFullFrameAspect * short_side_px
+                                 ? std::hypot(width_px, height_px) / kFullFrameDiagonalMm
+                                 : long_side_px / kFullFrameWidthMm;
+    return *exif.focal_length_35mm * px_per_mm;
+  }
   if (!exif.focal_length_mm) return std::nullopt;
   if (exif.sensor_width_mm) return *exif.focal_length_mm / *exif.sensor_width_mm * long_side_px;
   const auto known =

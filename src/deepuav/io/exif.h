@@ -19,7 +19,7 @@ struct PhotoExif {
   std::optional<GeoFix> fix;
   std::string camera_model;
   std::optional<double> focal_length_mm;
-  std::optional<double> focal_length_35mm;  ///< Of the same view on a frame 36 mm wide.
+  std::optional<double> focal_length_35mm;  ///< Of a view as wide on film of 36 x 24 mm.
   std::optional<double> sensor_width_mm;    ///< By FocalPlaneXResolution and PixelXDimension.
 };
 
@@ -30,9 +30,9 @@ PhotoExif ReadExif(const std::filesystem::path& file);
 /// The same from the first bytes of a file.
 PhotoExif ParseExif(std::span<const uint8_t> bytes);
 
-/// The focal length in px of an image whose longer side has `long_side_px`: by the 35 mm
-/// equivalent, else by the focal length and the sensor's width as given or as known for the
-/// camera's model.
-std::optional<double> FocalLengthPx(const PhotoExif& exif, int long_side_px);
+/// The focal length in px of an image: by the 35 mm equivalent, else by the focal length and the
+/// sensor's width as given or as known for the camera's model. The equivalent is by the diagonal
+/// (CIPA DCG-001), for images wider than 3:2, which are cut from such, by the width.
+std::optional<double> FocalLengthPx(const PhotoExif& exif, int width_px, int height_px);
 
 }  // namespace deepuav

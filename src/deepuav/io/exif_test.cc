@@ -81,7 +81,7 @@ TEST(Exif, FocalLengthByEveryMeans) {
                 .longitude_deg = {},
                 .altitude_m = {}};
   const auto focal = [&] {
-    return FocalLengthPx(Parse(Photograph(32, 32, 1, exif)), 5472).value_or(0);
+    return FocalLengthPx(Parse(Photograph(32, 32, 1, exif)), 5472, 3648).value_or(0);
   };
   EXPECT_NEAR(focal(), 24.0 / 36 * 5472, 1e-9);
   exif.focal_length_35mm = 0;
@@ -93,6 +93,16 @@ TEST(Exif, FocalLengthByEveryMeans) {
   exif.model = "FC6310";
   exif.focal_length_mm = 0;
   EXPECT_EQ(focal(), 0);
+}
+
+TEST(Exif, TheEquivalentFocalLengthIsThatOfTheSameDiagonal) {
+  PhotoExif exif;
+  exif.focal_length_35mm = 20;
+  const double diagonal_px = 1000, diagonal_mm = std::hypot(36, 24);
+  EXPECT_NEAR(FocalLengthPx(exif, 800, 600).value(), 20 * diagonal_px / diagonal_mm, 1e-3);
+  EXPECT_NEAR(FocalLengthPx(exif, 600, 800).value(), 20 * diagonal_px / diagonal_mm, 1e-3);
+  EXPECT_NEAR(FocalLengthPx(exif, 900, 600).value(), 20 * 900 / 36.0, 1e-9);
+  EXPECT_NEAR(FocalLengthPx(exif, 1600, 900).value(), 20 * 1600 / 36.0, 1e-9) << "cut from 3:2";
 }
 
 TEST(Exif, AnUnreadableFileIsAnErrorNamingIt) {

@@ -36,7 +36,8 @@ std::string FirstLine(const std::filesystem::path& file) {
   if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
   const size_t start = std::min(rest.find_first_not_of(" \t\r\n#"), rest.size());
   rest.remove_prefix(start);
-  return std::string(rest.substr(0, rest.find_first_of("\r\n")));
+  rest = rest.substr(0, rest.find_first_of("\r\n"));
+  return std::string(rest.substr(0, rest.find_last_not_of(" \t") + 1));
 }
 
 bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {

@@ -105,6 +105,17 @@ TEST_F(GnssFileTest, ReadsGpxTracks) {
   EXPECT_EQ(fixes[1].fix.longitude_deg, 8.6);
 }
 
+TEST_F(GnssFileTest, BlanksAroundHeadsAndValuesAreNothing) {
+  EXPECT_EQ(ReadGnssFile(Write("log.csv", " time,lat,lon \t\n1,47,8\n")).size(), 1u);
+  const auto file = Write("flight.gpx",
+                          "<gpx><trk><trkseg>\n<trkpt lat=\"47.5\" lon=\"8.5\"><ele> 430.5 </ele>\n"
+                          "<time>\n  2024-05-01T10:00:00Z\n</time></trkpt></trkseg></trk></gpx>\n");
+  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  ASSERT_EQ(fixes.size(), 1u);
+  EXPECT_EQ(fixes[0].time.nanoseconds, 1714557600000000000);
+  EXPECT_EQ(fixes[0].fix.altitude_m, 430.5);
+}
+
 TEST_F(GnssFileTest, TrajectoriesAreNoFixes) {
   EXPECT_FALSE(IsGnssFile(Write("tum.txt", "# seconds tx ty tz qx qy qz qw\n1 0 0 0 0 0 0 1\n")));
   EXPECT_FALSE(IsGnssFile(Write("euroc.csv", "#ns,px,py,pz,qw,qx,qy,qz\n1,0,0,0,1,0,0,0\n")));

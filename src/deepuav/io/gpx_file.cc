@@ -74,7 +74,8 @@ void VisitGpxPoints(const std::filesystem::path& file,
                     const std::function<void(const TimedFix&, const std::string&)>& take) {
   const std::string bytes = ReadBytes(file, kMaxGpxBytes);
   pugi::xml_document document;
-  const pugi::xml_parse_result parsed = document.load_buffer(bytes.data(), bytes.size());
+  const pugi::xml_parse_result parsed = document.load_buffer(
+      bytes.data(), bytes.size(), pugi::parse_default | pugi::parse_trim_pcdata);
   if (!parsed) {
     const auto end =
         bytes.begin() + std::min(static_cast<std::ptrdiff_t>(bytes.size()), parsed.offset);

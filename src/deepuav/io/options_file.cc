@@ -13,7 +13,8 @@
 namespace deepuav {
 namespace {
 
-// Aliases can make a small file nest without end.
+// Aliases can make a small file nest without end, and sections that do not exist as wide as they
+// like.
 constexpr int kMaxDepth = 16;
 constexpr size_t kIndent = 2;
 
@@ -27,6 +28,10 @@ class Loader {
       const std::string name = prefix + key;
       if (value.IsMap()) {
         if (depth == kMaxDepth) throw Error("{}: {} nests too deep", field.where, Quoted(name));
+        if (!IsSection(name)) {
+          throw Error("{}: no options begin with {}: expected a section of options", field.where,
+                      Quoted(name));
+        }
         Load(YamlMap(value, map.file(), name + "."), name + ".", depth + 1);
       } else if (value.IsScalar()) {
         Set(name, value.Scalar(), field.where);

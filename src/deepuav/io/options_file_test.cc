@@ -1,5 +1,7 @@
 #include "deepuav/io/options_file.h"
 
+#include <fmt/format.h>
+
 #include "deepuav/io/testing/io_test_support.h"
 
 namespace deepuav {
@@ -77,6 +79,18 @@ TEST_F(OptionsFileTest, NamesFileLineAndOptionOfAMistake) {
 
 TEST_F(OptionsFileTest, AnAliasOfItselfEnds) {
   EXPECT_NE(Message("tracking: &a\n  keypoints: 5\n  again: *a\n").find("options.yaml"), 0u);
+}
+
+TEST_F(OptionsFileTest, AliasesOfEmptySectionsEnd) {
+  std::string text = "a0: &a0 {}\n";
+  for (int level = 1; level <= 12; ++level) {
+    text += fmt::format("a{0}: &a{0} {{", level);
+    for (int key = 0; key < 10; ++key) text += fmt::format("k{}: *a{}, ", key, level - 1);
+    text += "}\n";
+  }
+  EXPECT_EQ(Message(text), ":1: no options begin with 'a0': expected a section of options");
+  EXPECT_EQ(Message("tracking:\n  fin: {}\n"),
+            ":2: no options begin with 'tracking.fin': expected a section of options");
 }
 
 TEST_F(OptionsFileTest, SurvivesWritingAndLoading) {

@@ -74,12 +74,11 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
 Camera CameraFromExif(const std::vector<Photograph>& photographs,
                       const std::vector<ImageFileFrame>& frames) {
   const cv::Size size = FirstReadable(frames).size;
-  const int long_side = std::max(size.width, size.height);
   std::optional<double> focal;
   int differing = 0;
   constexpr double kSameLens = 0.01;
   for (const Photograph& photograph : photographs) {
-    const std::optional<double> own = FocalLengthPx(photograph.exif, long_side);
+    const std::optional<double> own = FocalLengthPx(photograph.exif, size.width, size.height);
     if (!focal) focal = own;
     if (own && std::abs(*own - *focal) > kSameLens * *focal) ++differing;
   }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "deepuav/io/dataset.h"
 #include "deepuav/io/gnss_file.h"
@@ -46,7 +47,7 @@ TEST_F(PhotoDatasetTest, CameraAndFixComeFromExif) {
   ASSERT_EQ(dataset->size(), 2);
   EXPECT_TRUE(dataset->CalibrationIsApproximate());
   const Camera& camera = dataset->camera();
-  EXPECT_NEAR(camera.pinhole.fx, 64 * 20.0 / 36, 1e-9);
+  EXPECT_NEAR(camera.pinhole.fx, 80 * 20.0 / std::hypot(36, 24), 1e-3);
   EXPECT_EQ(camera.pinhole.fy, camera.pinhole.fx);
   EXPECT_EQ(camera.pinhole.cx, 31.5);
   EXPECT_EQ(camera.pinhole.cy, 23.5);
@@ -83,7 +84,7 @@ TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
   EXPECT_EQ(Open()->camera().pinhole.fx, 45.5);
   EXPECT_FALSE(Open()->CalibrationIsApproximate());
   folder_.Write("camera.yaml", "model: auto\nrate_hz: 2\n");
-  EXPECT_NEAR(Open()->camera().pinhole.fx, 64 * 20.0 / 36, 1e-9);
+  EXPECT_NEAR(Open()->camera().pinhole.fx, 80 * 20.0 / std::hypot(36, 24), 1e-3);
   EXPECT_EQ(Open()->camera().rate_hz, 2);
   EXPECT_TRUE(Open()->CalibrationIsApproximate());
   folder_.Write("camera.yaml", Replaced(std::string(kTestCameraYaml), "width: 64", "width: 80"));

@@ -379,7 +379,7 @@ TEST_F(ReaderFuzzTest, Exif) {
     } else {
       ++without_fix;
     }
-    const double focal_px = FocalLengthPx(exif, 800).value_or(1);
+    const double focal_px = FocalLengthPx(exif, 800, 600).value_or(1);
     ASSERT_TRUE(std::isfinite(focal_px) && focal_px > 0);
   }
   EXPECT_GT(without_fix, 1000);

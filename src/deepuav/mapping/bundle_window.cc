@@ -78,8 +78,10 @@ void WriteBack(const BundleWindow& window, Map* map) {
 BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole* pinhole,
                          const BundleOptions& options, const std::function<bool()>& stop) {
   BundleReport report;
+  const double focal_guess_px = pinhole->fx;
   for (int run = 0; run < 2; ++run) {
     BundleWindow window = MakeBundleWindow(*map, free, *pinhole);
+    window.problem.focal_guess_px = focal_guess_px;
     report = AdjustBundle(&window.problem, options, stop);
     *pinhole = window.problem.pinhole;
     WriteBack(window, map);

@@ -38,8 +38,12 @@ void GlobalAdjustment::Compute(const std::function<bool()>& stop) {
 }
 
 void GlobalAdjustment::Apply(Map* map) const {
+  // A keyframe that sees nothing was not moved by the adjustment: it follows its parent.
+  std::set<size_t> adjusted;
+  for (const BundleObservation& o : window_.problem.observations)
+    adjusted.insert(static_cast<size_t>(o.camera));
   std::map<KeyframeId, Sim3> moves;
-  for (size_t k = 0; k < window_.keyframes.size(); ++k) {
+  for (const size_t k : adjusted) {
     const KeyframeId id = window_.keyframes[k];
     if (!map->Contains(id)) continue;
     const SE3 new_world_from_cam = window_.problem.cam_from_world[k].Inverse();

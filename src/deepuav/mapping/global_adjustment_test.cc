@@ -88,6 +88,24 @@ TEST_F(GlobalAdjustmentTest, DoesToAStillMapWhatAdjustMapDoes) {
   ExpectViewRangesUpToDate();
 }
 
+TEST_F(GlobalAdjustmentTest, CarriesAlongAKeyframeThatSeesNothing) {
+  const KeyframeId blind = visit_.keyframes.back();
+  for (LandmarkId id : std::vector<LandmarkId>(map().At(blind).landmarks)) {
+    if (id.valid()) map().RemoveObservation(blind, id);
+  }
+  const KeyframeId parent = map().At(blind).parent;
+  const SE3 from_parent =
+      map().At(blind).cam_from_world * map().At(parent).cam_from_world.Inverse();
+  const SE3 before = map().At(parent).cam_from_world;
+  GlobalAdjustment adjustment = Prepare();
+  adjustment.Compute();
+  adjustment.Apply(&map());
+  ASSERT_GT(PoseDifference(map().At(parent).cam_from_world, before), 0.01);
+  EXPECT_LT(
+      PoseDifference(map().At(blind).cam_from_world, from_parent * map().At(parent).cam_from_world),
+      1e-9);
+}
+
 TEST_F(GlobalAdjustmentTest, CarriesAlongWhatWasMadeMeanwhile) {
   GlobalAdjustment adjustment = Prepare();
   // As tracked against the last keyframe, which was off.

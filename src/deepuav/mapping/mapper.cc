@@ -6,16 +6,6 @@
 #include "deepuav/mapping/correction.h"
 
 namespace deepuav {
-namespace {
-
-bool IsInAnyMap(LandmarkId id, const Atlas& atlas) {
-  const std::vector<MapId> maps = atlas.Remaining();
-  return std::any_of(maps.begin(), maps.end(),
-                     [&](MapId map) { return atlas.At(map).Contains(id); });
-}
-
-}  // namespace
-
 void MappingOptions::Check() const {
   CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio",
               min_found_ratio, "0 to 1");
@@ -59,7 +49,8 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   const double depth = map.MedianDepth(first);
   if (!(depth > 0)) return nullptr;
   map.Rescale(1 / depth);
-  map.landmarks().ForEach([this](const Landmark& landmark) { young_.push_back(landmark.id); });
+  std::vector<LandmarkId>& young = young_[map.id()];
+  map.landmarks().ForEach([&young](const Landmark& landmark) { young.push_back(landmark.id); });
   return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
 }
 
@@ -71,7 +62,8 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
     const StageScope stage(stages_, "create landmarks");
     const auto created =
         CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
-    young_.insert(young_.end(), created.begin(), created.end());
+    std::vector<LandmarkId>& young = young_[map.id()];
+    young.insert(young.end(), created.begin(), created.end());
   }
   {
     const StageScope stage(stages_, "fuse");
@@ -104,11 +96,8 @@ KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
 void Mapper::CullYoungLandmarks(KeyframeId newest, Map* map) {
   const StageScope stage(stages_, "cull landmarks");
   std::vector<LandmarkId> still_young;
-  for (LandmarkId id : young_) {
-    if (!map->Contains(id)) {
-      if (IsInAnyMap(id, *atlas_)) still_young.push_back(id);
-      continue;
-    }
+  for (LandmarkId id : TakeYoung(*map)) {
+    if (!map->Contains(id)) continue;
     const Landmark& landmark = map->At(id);
     const auto age = newest.value - landmark.created_by.value;
     if (landmark.found < options_.min_found_ratio * landmark.visible) {
@@ -120,7 +109,21 @@ void Mapper::CullYoungLandmarks(KeyframeId newest, Map* map) {
       still_young.push_back(id);
     }
   }
-  young_ = std::move(still_young);
+  young_[map->id()] = std::move(still_young);
+}
+
+std::vector<LandmarkId> Mapper::TakeYoung(const Map& map) {
+  std::vector<LandmarkId> taken;
+  for (auto entry = young_.begin(); entry != young_.end();) {
+    if (atlas_->Current(entry->first) == map.id()) {
+      taken.insert(taken.end(), entry->second.begin(), entry->second.end());
+      entry = young_.erase(entry);
+    } else {
+      ++entry;
+    }
+  }
+  std::sort(taken.begin(), taken.end());
+  return taken;
 }
 
 void Mapper::AdjustLocally(KeyframeId newest, Map* map) {
@@ -173,11 +176,12 @@ GlobalAdjustment Mapper::PrepareAdjustment(MapId map) const {
   return GlobalAdjustment(atlas_->At(map), camera_.pinhole, options_.global_bundle);
 }
 
-void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal) {
+void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
+                            const std::function<bool()>& stop) {
   const StageScope stage(stages_, "global bundle adjustment");
   BundleOptions options = options_.global_bundle;
   options.refine_focal = refine_focal;
-  AdjustMap(&atlas_->At(map), pinhole, options);
+  AdjustMap(&atlas_->At(map), pinhole, options, stop);
 }
 
 }  // namespace deepuav

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
+#include <vector>
 
 #include "deepuav/base/stages.h"
 #include "deepuav/map/atlas.h"
@@ -72,12 +75,15 @@ class Mapper {
   GlobalAdjustment PrepareAdjustment(MapId map) const;
 
   /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
-  /// guess.
-  void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal);
+  /// guess. `stop`, if given, is asked between the steps.
+  void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
+                      const std::function<bool()>& stop = nullptr);
 
  private:
   KeyframeId AddKeyframe(const KeyframeRequest& request, Map* map);
   void CullYoungLandmarks(KeyframeId newest, Map* map);
+  /// The young landmarks of a map and of those merged into it, in the order of their creation.
+  std::vector<LandmarkId> TakeYoung(const Map& map);
   void AdjustLocally(KeyframeId newest, Map* map);
   void CullKeyframes(KeyframeId newest, Map* map);
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
@@ -86,7 +92,7 @@ class Mapper {
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;
-  std::vector<LandmarkId> young_;
+  std::map<MapId, std::vector<LandmarkId>> young_;  ///< By the map that they were created in.
 };
 
 }  // namespace deepuav

@@ -263,6 +263,24 @@ TEST_F(MapperTest, KeepsMapsApart) {
   });
 }
 
+TEST_F(MapperTest, CullsTheYoungOfAMapThatGoesOnAfterAnother) {
+  auto local_map = Start();
+  ASSERT_TRUE(local_map);
+  std::vector<LandmarkId> young;
+  atlas_.At(MapId{0}).landmarks().ForEach([&](const Landmark& l) { young.push_back(l.id); });
+  for (LandmarkId id : young) atlas_.At(MapId{0}).CountViews(id, 100, 0);
+  ASSERT_TRUE(mapper_.StartMap(FirstViews(20, 22)));
+  const auto kept = [&] {
+    return std::count_if(young.begin(), young.end(),
+                         [&](LandmarkId id) { return atlas_.At(MapId{0}).Contains(id); });
+  };
+  EXPECT_EQ(kept(), static_cast<long>(young.size())) << "of the other map";
+  KeyframeRequest request = Request(2, *local_map);
+  request.views.clear();
+  mapper_.InsertKeyframe(request);
+  EXPECT_LT(kept(), static_cast<long>(young.size()) / 10) << "hardly ever found again";
+}
+
 TEST(MappingOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(MappingOptions().Check());
   EXPECT_THROW(OptionsWith(&MappingOptions::min_found_ratio, 1.5).Check(), Error);

@@ -165,8 +165,8 @@ void SuperGlueMatcher::ReadAssignment(size_t count_a, size_t count_b) {
   for (size_t i = 0; i < rows; ++i) {
     const float* row = values.data() + i * network_keypoints_;
     float* sums = assignment_.data() + i % count_a * count_b;
-    for (size_t j = 0; j < columns; ++j) {
-      sums[j % count_b] += output_is_logarithm_ ? std::exp(row[j]) : row[j];
+    for (size_t j = 0, of = 0; j < columns; ++j, of = of + 1 == count_b ? 0 : of + 1) {
+      sums[of] += output_is_logarithm_ ? std::exp(row[j]) : row[j];
     }
   }
 }

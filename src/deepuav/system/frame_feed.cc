@@ -1,18 +1,13 @@
 #include "deepuav/system/frame_feed.h"
 
-#include <condition_variable>
+#include <algorithm>
+#include <chrono>
 #include <memory>
-#include <mutex>
 
 namespace deepuav {
 namespace {
 
-void WaitSeconds(double seconds) {
-  std::mutex mutex;
-  std::condition_variable never;
-  std::unique_lock lock(mutex);
-  never.wait_for(lock, std::chrono::duration<double>(seconds), [] { return false; });
-}
+constexpr double kStopInterval = 0.05;  ///< Seconds between two questions whether to stop.
 
 }  // namespace
 
@@ -71,9 +66,16 @@ std::optional<TimedImage> LiveImages::Next() {
     current = std::move(upcoming_);
     ++skipped_;
   }
-  const double wait_s = SecondsUntil(*current);
-  if (wait_s > 0) WaitSeconds(wait_s);
+  if (!WaitFor(*current)) return std::nullopt;
   return current;
+}
+
+bool LiveImages::WaitFor(const TimedImage& image) const {
+  for (double wait_s = SecondsUntil(image); wait_s > 0; wait_s = SecondsUntil(image)) {
+    if (stop_ && stop_()) return false;
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(wait_s, kStopInterval)));
+  }
+  return true;
 }
 
 double LiveImages::SecondsUntil(const TimedImage& image) const {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <exception>
+#include <functional>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "deepuav/base/queue.h"
 #include "deepuav/features/extractor.h"
@@ -51,17 +53,22 @@ class PrefetchingFeed : public FrameFeed {
 };
 
 /// Gives the images of `images` at the pace of their time stamps; leaves out those that a newer one
-/// has overtaken by the time it is asked.
+/// has overtaken by the time it is asked. While it waits for an image's time it asks `stop`, if
+/// given, in whatever thread it was called, and ends when that says true.
 class LiveImages : public ImageSource {
  public:
-  explicit LiveImages(ImageSource* images) : images_(images) {}
+  explicit LiveImages(ImageSource* images, std::function<bool()> stop = nullptr)
+      : images_(images), stop_(std::move(stop)) {}
   std::optional<TimedImage> Next() override;
   int skipped() const { return skipped_; }
 
  private:
   double SecondsUntil(const TimedImage& image) const;
+  /// False where it was stopped.
+  bool WaitFor(const TimedImage& image) const;
 
   ImageSource* images_;
+  const std::function<bool()> stop_;
   std::optional<TimedImage> upcoming_;
   std::optional<Timestamp> first_time_;
   Stopwatch since_first_;

@@ -87,6 +87,15 @@ TEST(LiveImages, GiveAllAtTheirPaceToWhoIsQuick) {
   EXPECT_FALSE(live.Next());
 }
 
+TEST(LiveImages, EndWhenStoppedWhileTheyWait) {
+  NumberedImages images(3, 3600);
+  const Stopwatch watch;
+  LiveImages live(&images, [&watch] { return watch.Seconds() > 0.2; });
+  EXPECT_TRUE(live.Next());
+  EXPECT_FALSE(live.Next()) << "an hour later";
+  EXPECT_LT(watch.Seconds(), 60);
+}
+
 TEST(LiveImages, LeaveOutWhatCameWhileOneWasBusy) {
   constexpr int kCount = 40;
   constexpr double kInterval = 0.01;

@@ -31,6 +31,7 @@ void SystemOptions::Check() const {
               "at least 1");
   CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
   CheckOption(turned_interval_s >= 0, "system.turned_interval_s", turned_interval_s, "0 or more");
+  CheckOption(finish_stopped_s >= 0, "system.finish_stopped_s", finish_stopped_s, "0 or more");
   tracking.Check();
   mapping.Check();
   looping.Check();
@@ -71,6 +72,16 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("looping.essential_graph.pose_graph", &looping.essential_graph.pose_graph);
 }
 
+namespace {
+
+TrackingOptions TrackingIn(const SystemOptions& options) {
+  TrackingOptions tracking = options.tracking;
+  tracking.starts_maps = !options.localise_only;
+  return tracking;
+}
+
+}  // namespace
+
 Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception& perception)
     : camera_(camera),
       options_(options),
@@ -79,7 +90,7 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       mapper_(camera, options.mapping, &atlas_, &clock_),
       back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
                 options.adjustment_delay_keyframes, &clock_),
-      tracker_(camera, options.tracking, &matcher_, &clock_),
+      tracker_(camera, TrackingIn(options), &matcher_, &clock_),
       relocaliser_(camera, options.looping.relocaliser, options.tracking.locator, &matcher_,
                    &clock_) {
   options_.Check();
@@ -103,7 +114,7 @@ void Slam::Load(Atlas atlas) {
 SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& progress,
                      const std::function<bool()>& stop) {
   SlamResult result;
-  LiveImages live_images(images);
+  LiveImages live_images(images, stop);
   const bool live = schedule == Schedule::kLive;
   {
     SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_);
@@ -135,7 +146,10 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       result->stopped = stop && stop();
       if (result->stopped) break;
       const std::optional<Frame> frame = feed->Next();
-      if (!frame) break;
+      if (!frame) {
+        result->stopped = live && stop && stop();
+        break;
+      }
       result->frames.push_back(Process(*frame, mapping, live));
       LimitUnlocated(&result->frames);
       ThinOld(&result->frames);
@@ -155,7 +169,7 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
   if (!result.pose) {
     if (auto found = Relocalise(frame, mapping)) {
       result = std::move(*found);
-    } else if (result.initial_map && !options_.localise_only) {
+    } else if (result.initial_map) {
       if (StartMap(*result.initial_map, mapping)) {
         result = tracker_.Track(frame, true);
       } else {
@@ -257,7 +271,9 @@ void Slam::ThinOld(std::vector<FrameRecord>* records) const {
     Thin(options_.old_record_landmarks, &(*records)[records->size() - 1 - newer]);
 }
 
-void Slam::AdjustAll() {
+void Slam::AdjustAll(const std::function<bool()>& stop) {
+  back_end_.DropAdjustment();
+  if (!options_.adjust_at_end || options_.localise_only) return;
   std::vector<MapId> maps = atlas_.Remaining();
   std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
     return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
@@ -265,31 +281,40 @@ void Slam::AdjustAll() {
   for (MapId map : maps) {
     // The largest map knows best.
     const bool refine = options_.refine_focal && camera_.distortion.empty() && map == maps.front();
-    mapper_.AdjustGlobally(map, &camera_.pinhole, refine);
+    mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
   }
 }
 
+void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
+  for (FrameRecord& record : *records) {
+    if (!record.located()) continue;
+    record.map = atlas_.Current(record.map);
+    record.cam_from_world = atlas_.At(record.map).PoseOf(record.pose);
+  }
+  const StageScope stage(&clock_, "finish trajectory");
+  LocatorOptions thorough = options_.tracking.locator;
+  thorough.reference_tries = options_.end_reference_tries;
+  FrameLocator locator(camera_, thorough, &matcher_, nullptr);
+  TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
+                   options_.max_gap_frames, atlas_, &locator)
+      .Finish(records, stop);
+}
+
 void Slam::Finish(SlamResult* result) {
-  for (FrameRecord& record : result->frames) {
-    if (record.located()) {
-      record.map = atlas_.Current(record.map);
-      record.cam_from_world = atlas_.At(record.map).PoseOf(record.pose);
+  const Stopwatch since_end;
+  const std::function<bool()> stop = [&] {
+    return result->stopped && since_end.Seconds() > options_.finish_stopped_s;
+  };
+  const auto attempt = [result](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception& error) {
+      if (result->failure.empty()) result->failure = error.what();
     }
-  }
-  try {
-    back_end_.DropAdjustment();
-    if (options_.adjust_at_end && !options_.localise_only) AdjustAll();
-    const StageScope stage(&clock_, "finish trajectory");
-    LocatorOptions thorough = options_.tracking.locator;
-    thorough.reference_tries = options_.end_reference_tries;
-    FrameLocator locator(camera_, thorough, &matcher_, nullptr);
-    TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
-                     options_.max_gap_frames, atlas_, &locator)
-        .Finish(&result->frames);
-  } catch (const std::exception& error) {
-    if (result->failure.empty()) result->failure = error.what();
-  }
+  };
+  attempt([&] { AdjustAll(stop); });
+  attempt([&] { FinishTrajectory(stop, &result->frames); });
 }
 
 }  // namespace deepuav

@@ -50,6 +50,8 @@ struct SystemOptions {
   int max_gap_frames = 30;  ///< Unlocated frames in a row that the end tries to bridge.
   double turned_interval_s =
       0.25;  ///< A lost camera is looked for under other headings at most so often.
+  double finish_stopped_s =
+      5;  ///< For adjusting and locating at the end of a run that was stopped.
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;
@@ -79,6 +81,8 @@ struct SystemOptions {
     visit("turned_interval_s", turned_interval_s, "s",
           "between two times that a lost camera is looked for under other headings, which costs "
           "three runs of the network");
+    visit("finish_stopped_s", finish_stopped_s, "s",
+          "time for the last adjustment and for locating frames after a run was stopped");
   }
 };
 
@@ -115,8 +119,9 @@ class Slam {
   /// Starts from maps that are there: the first frames are looked for in them.
   void Load(Atlas atlas);
 
-  /// Runs over all images. `stop` is asked before each frame; once it says true the run ends as if
-  /// there were no more.
+  /// Runs over all images. `stop` is asked before each frame, live in another thread too while an
+  /// image is waited for; once it says true the run ends as if there were no more, but for a limit
+  /// on the time that finishing takes.
   SlamResult Run(ImageSource* images, Schedule schedule, const Progress& progress = nullptr,
                  const std::function<bool()>& stop = nullptr);
 
@@ -141,9 +146,10 @@ class Slam {
   /// Lets go of the oldest features kept for frames without a pose, once there are too many.
   void LimitUnlocated(std::vector<FrameRecord>* records);
   void ThinOld(std::vector<FrameRecord>* records) const;
-  void AdjustAll();
-  /// Adjusts the maps and gives all frames their final poses; on failure those they had remain.
+  void AdjustAll(const std::function<bool()>& stop);
+  /// Adjusts the maps and gives all frames their final poses; what fails is left out.
   void Finish(SlamResult* result);
+  void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
 
   Camera camera_;
   const SystemOptions options_;

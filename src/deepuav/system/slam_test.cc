@@ -186,6 +186,24 @@ TEST(Slam, StopsWhenAskedAndTellsItsProgress) {
   }
 }
 
+TEST(Slam, FinishesAStoppedRunInTheTimeThatItHas) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 6);
+  const auto located_within = [&flight](double finish_stopped_s) {
+    SystemOptions options;
+    options.finish_stopped_s = finish_stopped_s;
+    int64_t told = 0;
+    const Outcome run = Fly(
+        flight, Schedule::kSequential, options, [&told](const FrameRecord&) { ++told; },
+        [&told] { return told == 40; });
+    EXPECT_EQ(run.result.failure, "");
+    return Located(run.result);
+  };
+  EXPECT_EQ(located_within(1000), 40);
+  const int online = located_within(0);
+  EXPECT_LT(online, 40) << "those before the map began";
+  EXPECT_GT(online, 20);
+}
+
 TEST(Slam, LiveSkipsAndCountsWhatComesTooFast) {
   SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 7);
   flight.frame_interval_s = 0.001;

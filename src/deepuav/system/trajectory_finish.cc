@@ -17,12 +17,13 @@ TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& o
       atlas_(atlas),
       locator_(locator) {}
 
-void TrajectoryFinish::Finish(std::vector<FrameRecord>* records) const {
+void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
+                              const std::function<bool()>& stop) const {
   for (FrameRecord& record : *records) {
     if (record.located()) Refine(&record);
   }
-  LocateTowards(-1, records);
-  LocateTowards(+1, records);
+  LocateTowards(-1, records, stop);
+  LocateTowards(+1, records, stop);
 }
 
 void TrajectoryFinish::Refine(FrameRecord* record) const {
@@ -42,7 +43,8 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
   record->cam_from_world = trusted ? refined.cam_from_world : initial;
 }
 
-void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records) const {
+void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records,
+                                     const std::function<bool()>& stop) const {
   const int count = static_cast<int>(records->size());
   const FrameRecord* neighbour = nullptr;
   const FrameRecord* before = nullptr;  // the one located before the neighbour
@@ -50,6 +52,7 @@ void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records
   for (int i = step > 0 ? 0 : count - 1; i >= 0 && i < count; i += step) {
     FrameRecord& record = (*records)[static_cast<size_t>(i)];
     if (!record.located()) {
+      if (stop && stop()) return;
       const bool reachable = neighbour && record.features && misses <= max_gap_frames_;
       if (!reachable || !Locate(*neighbour, misses == 0 ? before : nullptr, &record)) {
         ++misses;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "deepuav/localisation/frame_locator.h"
@@ -17,12 +18,14 @@ class TrajectoryFinish {
                    FrameLocator* locator);
 
   /// Optimises every located frame once more against the final map, then locates the others
-  /// outwards from their located neighbours, first backwards, then forwards.
-  void Finish(std::vector<FrameRecord>* records) const;
+  /// outwards from their located neighbours, first backwards, then forwards, until `stop`, asked
+  /// before each, says true.
+  void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
  private:
   void Refine(FrameRecord* record) const;
-  void LocateTowards(int step, std::vector<FrameRecord>* records) const;
+  void LocateTowards(int step, std::vector<FrameRecord>* records,
+                     const std::function<bool()>& stop) const;
   bool Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const;
 
   const Camera camera_;

@@ -41,6 +41,10 @@ TrackingResult Tracker::Track(const Frame& frame, bool mapping_idle) {
 TrackingResult Tracker::Initialise(const Frame& frame) {
   const StageScope stage(stages_, "initialise");
   TrackingResult result;
+  if (!options_.starts_maps) {
+    result.reason = "not found in a map";
+    return result;
+  }
   std::string waiting_for;
   result.initial_map = initialiser_.Add(frame, &waiting_for);
   if (!result.initial_map) result.reason = "waiting for " + waiting_for;
@@ -76,9 +80,10 @@ TrackingResult Tracker::Lost(const Frame& frame, std::string reason) {
   motion_.Reset();
   if (!last_time_) last_time_ = frame.time;
   const double lost_s = SecondsBetween(*last_time_, frame.time);
-  if (++lost_frames_ <= options_.max_lost_frames && lost_s < options_.max_lost_s) return result;
+  if (++lost_frames_ <= options_.max_lost_frames && lost_s <= options_.max_lost_s) return result;
   initialiser_.Reset();
   result.state = state_ = TrackingState::kInitialising;
+  if (!options_.starts_maps) return result;
   result.reason += "; starting a new map";
   std::string waiting_for;
   initialiser_.Add(frame, &waiting_for);

@@ -16,6 +16,7 @@ namespace deepuav {
 struct TrackingOptions {
   int max_lost_frames = 30;  ///< Lost for longer: a new map is started...
   double max_lost_s = 1;     ///< ...likewise.
+  bool starts_maps = true;   ///< False: only in maps that are there.
   InitialiserOptions initialiser;
   LocatorOptions locator;
   KeyframeOptions keyframes;

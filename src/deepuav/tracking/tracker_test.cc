@@ -180,6 +180,39 @@ TEST_F(TrackerTest, StartsANewMapWhenLostForTooLong) {
   }
 }
 
+TEST_F(TrackerTest, PhotographsASecondApartMayBeMissedOnce) {
+  const auto at_second = [this](int64_t id, SyntheticView view) {
+    Frame frame = FrameOf(id, view);
+    frame.time = Timestamp{id * 1'000'000'000};
+    return tracker_.Track(frame, false);
+  };
+  const auto nothing = [this] {
+    SyntheticView view;
+    view.features = std::make_shared<const Features>(
+        RandomFeatures(300, 752, 480, FeatureWorld::kDimension, &random_));
+    return view;
+  };
+  tracker_.Begin(local_map_);
+  ASSERT_TRUE(at_second(1, world_.View(At({1.8, 0, 0}), kNoise, &random_)).pose);
+  EXPECT_EQ(at_second(2, nothing()).state, TrackingState::kLost);
+  EXPECT_TRUE(at_second(3, world_.View(At({2, 0, 0}), kNoise, &random_)).pose);
+  EXPECT_EQ(at_second(4, nothing()).state, TrackingState::kLost);
+  EXPECT_EQ(at_second(5, nothing()).state, TrackingState::kInitialising);
+}
+
+TEST_F(TrackerTest, StartsNoMapWhereItMayNot) {
+  TrackingOptions options = options_;
+  options.starts_maps = false;
+  Tracker tracker(world_.camera(), options, &matcher_, nullptr);
+  for (int64_t id = 0; id < 40; ++id) {
+    const SE3 pose = At({0.1 * static_cast<double>(id), 0, 0});
+    const TrackingResult result =
+        tracker.Track(FrameOf(id, world_.View(pose, kNoise, &random_)), true);
+    EXPECT_FALSE(result.initial_map);
+    EXPECT_EQ(result.reason, "not found in a map");
+  }
+}
+
 TEST_F(TrackerTest, FramesInBetweenEndTheCountOfLostFrames) {
   tracker_.Begin(local_map_);
   int64_t id = 0;
