@@ -1,5 +1,6 @@
 #include "interruption.h"
 
+#include <atomic>
 #include <csignal>
 
 #include "commands.h"
@@ -9,7 +10,8 @@ namespace {
 
 constexpr int kSignalStatusBase = 128;
 
-volatile std::sig_atomic_t signal_received = 0;
+std::atomic<int> signal_received = 0;  // Asked in other threads, too.
+static_assert(std::atomic<int>::is_always_lock_free);
 
 void RememberSignal(int signal) {
   signal_received = signal;

@@ -6,7 +6,7 @@ namespace deepuav {
 /// saved. A second one ends the program at once.
 void CatchSignals();
 
-/// The signal received since, or 0.
+/// The signal received since, or 0. Thread-safe.
 int SignalReceived();
 
 /// Throws ExitStatus as of a program that a signal ended, if one was received.

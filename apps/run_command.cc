@@ -1,5 +1,4 @@
 #include <cmath>
-#include <csignal>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -12,21 +11,13 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/map_origin.h"
+#include "interruption.h"
 #include "progress_bar.h"
 #include "run_options.h"
 #include "run_output.h"
 
 namespace deepuav {
 namespace {
-
-constexpr int kSignalStatusBase = 128;
-
-volatile std::sig_atomic_t signal_received = 0;
-
-void RememberSignal(int signal) {
-  signal_received = signal;
-  std::signal(signal, SIG_DFL);  // a second one ends the program at once
-}
 
 /// What the command line says.
 struct RunArguments {
@@ -91,8 +82,7 @@ void Run(const RunArguments& arguments) {
     slam.Load(std::move(loaded->atlas));
   }
 
-  std::signal(SIGINT, RememberSignal);
-  std::signal(SIGTERM, RememberSignal);
+  CatchSignals();
   RunFacts facts{arguments.dataset,
                  dataset->Kind(),
                  arguments.camera,
@@ -115,7 +105,7 @@ void Run(const RunArguments& arguments) {
   };
   const Stopwatch running;
   const SlamResult result =
-      slam.Run(&images, schedule, show_progress, [] { return signal_received != 0; });
+      slam.Run(&images, schedule, show_progress, [] { return SignalReceived() != 0; });
   bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
@@ -124,7 +114,7 @@ void Run(const RunArguments& arguments) {
   std::cout << DescribeRun(slam.atlas(), result, facts);
   if (!result.failure.empty())
     throw Error("{} (what was computed is in {})", result.failure, arguments.out);
-  if (signal_received != 0) throw ExitStatus{kSignalStatusBase + signal_received};
+  ExitIfInterrupted();
   if (result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
   if (slam.atlas().Remaining().empty()) {
     throw Error("{}: no map was started: {}", arguments.dataset, result.frames.back().reason);

@@ -64,6 +64,8 @@ void LocatorOptions::Check() const {
               min_predicted_share, "0 to 1");
   CheckOption(min_inliers >= 6, "tracking.min_inliers", min_inliers, "at least 6");
   CheckOption(reference_tries >= 1, "tracking.reference_tries", reference_tries, "at least 1");
+  CheckOption(local_rounds >= 1, "tracking.local_rounds", local_rounds, "at least 1");
+  CheckOption(min_round_growth >= 1, "tracking.min_round_growth", min_round_growth, "at least 1");
   visibility.Check();
   projection.Check();
   absolute_pose.Check();
@@ -82,7 +84,7 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
   LocatedFrame located;
   const auto refine_if_better = [&](const std::optional<CoarsePose>& coarse) {
     if (!coarse) return;
-    LocatedFrame refined = Refine(frame, grid, local_map, *coarse, options_.local_radius_px);
+    LocatedFrame refined = RefineInRounds(frame, grid, local_map, *coarse);
     if (refined.seen.size() > located.seen.size()) located = std::move(refined);
   };
   const std::optional<CoarsePose> predicted = FollowPrediction(frame, grid, local_map, prior);
@@ -161,6 +163,24 @@ std::optional<CoarsePose> FrameLocator::LocateByMatches(const Frame& frame,
     if (robust->inlier[i]) agreeing.push_back(seen[i]);
   }
   return OptimiseOn(frame, local_map, agreeing, robust->cam_from_world);
+}
+
+LocatedFrame FrameLocator::RefineInRounds(const Frame& frame, const KeypointGrid& grid,
+                                          const LocalMap& local_map,
+                                          const CoarsePose& coarse) const {
+  LocatedFrame best;
+  size_t before = coarse.seen.size();
+  for (int round = 0; round < options_.local_rounds; ++round) {
+    const CoarsePose from = round == 0 ? coarse : CoarsePose{best.cam_from_world, best.seen};
+    LocatedFrame refined = Refine(frame, grid, local_map, from, options_.local_radius_px);
+    if (round > 0 && refined.seen.size() <= best.seen.size()) break;
+    best = std::move(refined);
+    if (static_cast<double>(best.seen.size()) <
+        options_.min_round_growth * static_cast<double>(before))
+      break;
+    before = best.seen.size();
+  }
+  return best;
 }
 
 LocatedFrame FrameLocator::Refine(const Frame& frame, const KeypointGrid& grid,

@@ -26,6 +26,9 @@ struct LocatorOptions {
                                      ///< must prove itself against the reference keyframe.
   int min_inliers = 25;              ///< Fewer at the end: not located.
   int reference_tries = 3;           ///< Keyframes matched without prediction before giving up.
+  int local_rounds =
+      3;  ///< Times at most that the local map is matched, each from a better pose...
+  double min_round_growth = 1.1;  ///< ...as long as so many times more is seen.
   VisibilityOptions visibility;
   ProjectionOptions projection;
   AbsolutePoseOptions absolute_pose;
@@ -47,6 +50,10 @@ struct LocatorOptions {
     visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least");
     visit("reference_tries", reference_tries, "",
           "keyframes matched without prediction before giving up");
+    visit("local_rounds", local_rounds, "",
+          "times at most that the local map is matched, each from a better pose");
+    visit("min_round_growth", min_round_growth, "",
+          "landmarks seen over those of the round before from which another one follows");
   }
 };
 
@@ -100,6 +107,9 @@ class FrameLocator {
                       const CoarsePose& coarse, double radius_px) const;
 
  private:
+  /// Refine again and again, as long as a better pose shows clearly more.
+  LocatedFrame RefineInRounds(const Frame& frame, const KeypointGrid& grid,
+                              const LocalMap& local_map, const CoarsePose& coarse) const;
   using SeenList = std::vector<LocatedFrame::Seen>;
 
   std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid,

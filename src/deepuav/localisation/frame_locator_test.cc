@@ -102,6 +102,32 @@ TEST_F(FrameLocatorTest, FollowsARightPredictionWithoutMatchingTheReference) {
   EXPECT_GT(located->reference_shared, 100);
 }
 
+TEST_F(FrameLocatorTest, SeesMoreFromABetterPose) {
+  const SyntheticView view = world_.View(truth_, {0.8, 0.3, 0, 50}, &random_);
+  LocationPrior prior = PriorAt(Perturbed(truth_, 0.05, 0.005, &random_));
+  // Known beforehand only in a corner of the image, which says little of the rest.
+  std::vector<LandmarkId> cornered;
+  for (size_t i = 0; i < view.landmark.size(); ++i) {
+    const Eigen::Vector2f& px = view.features->keypoints[i].px;
+    if (view.landmark[i] >= 0 && px.x() < 150 && px.y() < 140)
+      cornered.push_back(made_->landmark_of[static_cast<size_t>(view.landmark[i])]);
+  }
+  std::erase_if(prior.landmarks, [&](LandmarkId id) {
+    return std::find(cornered.begin(), cornered.end(), id) == cornered.end();
+  });
+  LocatorOptions options;
+  options.local_radius_px = 2.5;
+  FrameLocator patient(world_.camera(), options, &matcher_, nullptr);
+  options.local_rounds = 1;
+  FrameLocator hasty(world_.camera(), options, &matcher_, nullptr);
+  const auto first = hasty.Locate(FrameOf(20, view), *local_map_, prior, &reason_);
+  const auto located = patient.Locate(FrameOf(20, view), *local_map_, prior, &reason_);
+  ASSERT_TRUE(first && located) << reason_ << ", " << prior.landmarks.size();
+  EXPECT_EQ(matcher_.calls, 0);
+  EXPECT_LT(static_cast<double>(first->seen.size()), 0.9 * double(located->seen.size()));
+  ExpectRight(*located, view, 0);
+}
+
 TEST_F(FrameLocatorTest, MatchesTheReferenceWhereThePredictionIsWrong) {
   const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
   for (const double off_rad : {0.15, 1.0, 3.1}) {
@@ -228,6 +254,8 @@ TEST(LocatorOptions, RefusesWhatCannotBe) {
   EXPECT_THROW(OptionsWith(&LocatorOptions::predicted_radius_px, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&LocatorOptions::min_inliers, 5).Check(), Error);
   EXPECT_THROW(OptionsWith(&LocatorOptions::reference_tries, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&LocatorOptions::local_rounds, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&LocatorOptions::min_round_growth, 0.9).Check(), Error);
   LocatorOptions inner;
   inner.projection.ratio = 2;
   EXPECT_THROW(inner.Check(), Error);
