@@ -350,7 +350,7 @@ TEST(RealDatasets, Open) {
   EXPECT_EQ(survey->Kind(), "photographs");
   EXPECT_EQ(survey->size(), 172);
   EXPECT_TRUE(survey->CalibrationIsApproximate());
-  EXPECT_NEAR(survey->camera().pinhole.fx, 444.44, 0.01);
+  EXPECT_NEAR(survey->camera().pinhole.fx, 462.25, 0.01);
   ASSERT_TRUE(survey->Fix(0));
   EXPECT_NEAR(survey->Fix(0)->latitude_deg, 28 + 2 / 60.0 + 28.5116 / 3600, 1e-9);
   EXPECT_NEAR(survey->Fix(0)->longitude_deg, -(82 + 41 / 60.0 + 54.5072 / 3600), 1e-9);

@@ -2,12 +2,21 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 
 namespace deepuav {
 namespace {
 
 constexpr double kStopInterval = 0.05;  ///< Seconds between two questions whether to stop.
+
+void WaitSeconds(double seconds) {
+  std::mutex mutex;
+  std::condition_variable never;
+  std::unique_lock lock(mutex);
+  never.wait_for(lock, std::chrono::duration<double>(seconds), [] { return false; });
+}
 
 }  // namespace
 
@@ -73,7 +82,7 @@ std::optional<TimedImage> LiveImages::Next() {
 bool LiveImages::WaitFor(const TimedImage& image) const {
   for (double wait_s = SecondsUntil(image); wait_s > 0; wait_s = SecondsUntil(image)) {
     if (stop_ && stop_()) return false;
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(wait_s, kStopInterval)));
+    WaitSeconds(std::min(wait_s, kStopInterval));
   }
   return true;
 }
