@@ -1,4 +1,3 @@
-import cv2
 import numpy as np
 import pytest
 
@@ -9,16 +8,11 @@ from deepuav_training.data.rooms import (Box, RoomConfig, Viewpoint, camera_at, 
                                          make_room, other_viewpoint)
 from deepuav_training.data.scenes import SceneConfig, make_scene, room_scene
 from deepuav_training.errors import TrainingError
+from scene_support import smooth_texture, values_at
 
 WIDTH, HEIGHT = 96, 72
 SMALL = SceneConfig(views=4, width=WIDTH, height=HEIGHT, flat_share=0.0, room_share=1.0)
 IDENTITY = Camera(np.array([[80, 0, 47.5], [0, 80, 35.5], [0, 0, 1]]), np.eye(3, 4), WIDTH, HEIGHT)
-
-
-def smooth_texture(seed=0, size=200, blur=5):
-    noise = np.random.default_rng(seed).uniform(0, 255, (size, size)).astype(np.float32)
-    blurred = cv2.GaussianBlur(noise, (0, 0), blur)
-    return cv2.normalize(blurred, None, 20, 235, cv2.NORM_MINMAX).astype(np.uint8)
 
 
 def plate(depth, half=10.0, texture=None, moving=False, tilt=0.0):
@@ -122,9 +116,7 @@ def test_corresponding_points_of_a_room_look_alike():
     moved = visible_points(seen[1], cameras[1], world_points(seen[0], cameras[0], points))
     kept = np.isfinite(moved).all(axis=1)
     assert kept.mean() > 0.4
-    values = [cv2.remap(s.image, p[:, :1].astype(np.float32), p[:, 1:].astype(np.float32),
-                        cv2.INTER_LINEAR).astype(float)
-              for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
+    values = [values_at(s.image, p) for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
     assert np.median(np.abs(values[0] - values[1])) < 3
     assert np.median(np.abs(values[0] - np.roll(values[1], 7))) > 15
 

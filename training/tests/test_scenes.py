@@ -3,20 +3,15 @@ import numpy as np
 import pytest
 
 from deepuav_training.data.photometric import PhotometricConfig
-from deepuav_training.data.render import Camera, Terrain, render, visible_points, world_points
+from deepuav_training.data.render import Terrain, render, visible_points, world_points
 from deepuav_training.data.scenes import SceneConfig, flat_scene, make_scene, terrain_scene
 from deepuav_training.data.terrain import Pose, look_at, read_height_maps
 from deepuav_training.errors import TrainingError
+from scene_support import smooth_texture, values_at
 
 SIZE = 200
 SMALL = SceneConfig(views=3, width=96, height=72)
 SHARP = PhotometricConfig(clean_share=1.0)
-
-
-def smooth_texture(seed=0, size=SIZE):
-    noise = np.random.default_rng(seed).uniform(0, 255, (size, size)).astype(np.float32)
-    blurred = cv2.GaussianBlur(noise, (0, 0), 5)
-    return cv2.normalize(blurred, None, 20, 235, cv2.NORM_MINMAX).astype(np.uint8)
 
 
 def terrain(heights=None, moving=None, cell=1.0):
@@ -102,9 +97,7 @@ def test_corresponding_points_of_a_terrain_look_alike():
     moved = visible_points(seen[1], views[1], world_points(seen[0], views[0], points))
     kept = np.isfinite(moved).all(axis=1)
     assert kept.mean() > 0.5
-    values = [cv2.remap(s.image, p[:, :1].astype(np.float32), p[:, 1:].astype(np.float32),
-                        cv2.INTER_LINEAR).astype(float)
-              for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
+    values = [values_at(s.image, p) for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
     assert np.abs(values[0] - values[1]).mean() < 3
     assert np.abs(values[0] - np.roll(values[1], 7)).mean() > 15
 
