@@ -28,12 +28,13 @@ TensorShape ShapeFor(const TensorInfo& input, const NetworkBenchOptions& options
   return shape;
 }
 
-/// As the program reads descriptors.
-std::set<std::string> DescriptorOutputs(const Session& session) {
+/// The maps that the program reads cell by cell: descriptors and the detector's logits.
+std::set<std::string> ChannelsLastOutputs(const Session& session) {
   std::set<std::string> names;
   for (const TensorInfo& output : session.outputs()) {
-    if (output.shape.size() == 4 && output.name.find("desc") != std::string::npos)
-      names.insert(output.name);
+    if (output.shape.size() != 4) continue;
+    const bool is_logits = output.shape[1] == kCellPx * kCellPx + 1;
+    if (is_logits || output.name.find("desc") != std::string::npos) names.insert(output.name);
   }
   return names;
 }
@@ -80,7 +81,7 @@ NetworkTiming TimeNetwork(const std::filesystem::path& model, const InferenceOpt
   std::map<std::string, TensorShape> shapes;
   for (const TensorInfo& input : session.inputs()) shapes[input.name] = ShapeFor(input, options);
   session.Reshape(shapes);
-  session.Compile(DescriptorOutputs(session));
+  session.Compile(ChannelsLastOutputs(session));
   const InputValues values = RandomInputs(session);
   for (const auto& [name, tensor] : values) session.SetInput(name, tensor);
   std::vector<double> times_ms = TimeRuns(&session, options.seconds);

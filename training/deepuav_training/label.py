@@ -2,7 +2,8 @@
 
     python -m deepuav_training.label --config configs/labels.yaml
 
-Labels that exist are kept, so the command can be stopped and started again at any time.
+Labels that exist are kept, so the command can be stopped and started again at any time. `--part 1/2` beside `--part 2/2`
+makes use of two cores.
 """
 
 import argparse
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from deepuav_training.adaptation import AdaptationConfig, adapt
-from deepuav_training.config import load_config
+from deepuav_training.config import check_field, load_config
 from deepuav_training.data.homography import warp_image
 from deepuav_training.data.manifest import SplitConfig, read_manifest, split_photographs
 from deepuav_training.data.views import View, ViewConfig, list_views, load_grey
@@ -45,6 +46,17 @@ def training_views(config: LabelConfig) -> list[View]:
     return list_views(training, config.views, config.images)
 
 
+def part_of(views: list[View], part: str) -> list[View]:
+    """Of the views, every n-th from the k-th on, where `part` is "k/n"."""
+    numbers = part.split("/")
+    expected = "k/n with 1 <= k <= n"
+    check_field(len(numbers) == 2 and all(text.isdecimal() for text in numbers), "command line",
+                "--part", part, expected)
+    k, n = map(int, numbers)
+    check_field(1 <= k <= n, "command line", "--part", part, expected)
+    return views[k - 1 :: n]
+
+
 def label_views(config: LabelConfig, views: list[View]) -> int:
     """Labels the views that have no labels yet; returns how many were labelled."""
     teacher = Network(config.teacher, config.threads, config.precision)
@@ -69,10 +81,12 @@ def label_views(config: LabelConfig, views: list[View]) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)
+    parser.add_argument("--part", default="1/1", metavar="K/N",
+                        help="every N-th view from the K-th on (%(default)s: all)")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(message)s")
     config = load_config(LabelConfig, arguments.config)
-    count = label_views(config, training_views(config))
+    count = label_views(config, part_of(training_views(config), arguments.part))
     _LOG.info("%d views labelled in %s", count, config.cache)
 
 

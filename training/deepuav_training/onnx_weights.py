@@ -11,31 +11,44 @@ from deepuav_training.errors import TrainingError
 from deepuav_training.onnx_storage import constants, read_onnx
 
 
-def load_exported(path: Path, network: nn.Module, images: torch.Tensor) -> None:
+def load_exported(path: Path, network: nn.Module, images: torch.Tensor,
+                  added: tuple[str, ...] = ()) -> None:
     """Sets the network's weights to those of its exported file.
 
     Export folds each batch normalisation into its convolution. Here each gets the mean and the
     variance of what it is fed for `images`, and the gain and bias that undo them: the network
-    computes what the file does, and goes on training as if it had never been exported.
+    computes what the file does, and goes on training as if it had never been exported. A convolution
+    that takes more channels than the file's starts with nothing from the further ones.
 
     Args:
         path: the ONNX file of a network of the same layers.
         network: convolutions, each followed by at most one batch normalisation.
         images: (B, 1, H, W) in 0..1, as varied as the training data.
+        added: beginnings of the names of layers that the file lacks, which stay as they are.
     """
     folded = _folded_convolutions(path)
-    layers = _in_order_of_use(network, images)
-    if [tuple(weight.shape) for weight, _ in folded] != [tuple(c.weight.shape) for c, _ in layers]:
+    new = {module for name, module in network.named_modules() if added and name.startswith(added)}
+    layers = [(convolution, norm) for convolution, norm in _in_order_of_use(network, images)
+              if convolution not in new]
+    if len(folded) != len(layers) or not all(
+            _fits(weight.shape, c.weight.shape) for (weight, _), (c, _) in
+            zip(folded, layers, strict=True)):
         raise TrainingError(f"{path}: found {len(folded)} convolutions of other shapes, expected "
-                            f"the network's {len(layers)}")
+                            f"{len(layers)} of the network")
     with torch.no_grad():
         for (convolution, norm), (weight, bias) in zip(layers, folded, strict=True):
-            convolution.weight.copy_(torch.from_numpy(weight))
+            convolution.weight.zero_()[:, : weight.shape[1]].copy_(torch.from_numpy(weight))
             if norm is None:
                 convolution.bias.copy_(torch.from_numpy(bias))
             else:
                 _pass_through(norm, torch.from_numpy(bias))
         _take_statistics(network, layers, images)
+
+
+def _fits(stored: tuple, wanted: torch.Size) -> bool:
+    """Whether weights (out, in, height, width) are those of a layer, of its first inputs at least."""
+    return (stored[0] == wanted[0] and stored[1] <= wanted[1]
+            and tuple(stored[2:]) == tuple(wanted[2:]))
 
 
 def _folded_convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -37,7 +37,8 @@ class Network:
         self._core = openvino.Core()
         self._model = self._core.read_model(str(path))
         self._settings = {"INFERENCE_NUM_THREADS": threads, "NUM_STREAMS": 1,
-                          "INFERENCE_PRECISION_HINT": precision}
+                          "INFERENCE_PRECISION_HINT": precision,
+                          "ENABLE_CPU_PINNING": False}  # two processes would share a core
         self._requests = {}
 
     def __call__(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -57,6 +57,7 @@ class TrainConfig(RunConfig):
     run: str = "runs/superpoint_small"
     size: str = "small"
     frozen: tuple = ()  # beginnings of the names of parameters that stay as they are
+    added: tuple = ()  # beginnings of the names of parameters that a file of --init lacks
     network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)  # of the small
     pairs: PairConfig = field(default_factory=PairConfig)
     losses: LossConfig = field(default_factory=LossConfig)
@@ -65,9 +66,10 @@ class TrainConfig(RunConfig):
         super().check(where)
         check_field(self.size in ("small", "large"), where, "size", self.size, "small or large")
         names = [name for name, _ in new_network(self).named_parameters()]
-        for start in self.frozen:
-            check_field(any(name.startswith(start) for name in names), where, "frozen", start,
-                        "the beginning of a parameter's name")
+        for option, starts in (("frozen", self.frozen), ("added", self.added)):
+            for start in starts:
+                check_field(any(name.startswith(start) for name in names), where, option, start,
+                            "the beginning of a parameter's name")
 
 
 @dataclass(frozen=True)
@@ -145,13 +147,13 @@ def objective(source: PairSource, config: TrainConfig) -> Objective:
     return Objective(losses, weights)
 
 
-def start(path: Path, state: TrainingState, source: PairSource) -> None:
+def start(path: Path, state: TrainingState, source: PairSource, added: tuple) -> None:
     """Starts from a checkpoint or, where no checkpoint was kept, from an exported file."""
     if path.suffix != ".onnx":
         start_from(path, state)
         return
     images = collate([source.draw(k) for k in range(_STATISTICS_PAIRS)]).images
-    load_exported(path, state.network, images)
+    load_exported(path, state.network, images, tuple(added))
     state.average.load_state_dict(state.network.state_dict())
 
 
@@ -164,7 +166,7 @@ def main() -> None:
     source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
     _LOG.info("%d of %d views labelled", len(source), len(views))
     finish_run(new_state(config), objective(source, config), config, arguments,
-               lambda path, state: start(path, state, source))
+               lambda path, state: start(path, state, source, config.added))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, kno
 from deepuav_training.data.views import View, ViewConfig
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import DetectionConfig, detect, probability_map
-from deepuav_training.label import LabelConfig
+from deepuav_training.label import LabelConfig, part_of
 from deepuav_training.label_cache import Labels, label_path, load_labels, save_labels
 
 
@@ -56,6 +56,18 @@ def test_no_labelled_view_is_an_error_that_names_folder_and_command(tmp_path):
     views = [View(0, Photograph("a.jpg", "s", "p"), np.eye(3))]
     with pytest.raises(TrainingError, match=f"{tmp_path}.* 1 views.*deepuav_training.label"):
         PairSource(views, tmp_path, tmp_path, ViewConfig(), PairConfig(), 1)
+
+
+def test_parts_share_the_views_evenly():
+    assert part_of(list(range(7)), "1/1") == list(range(7))
+    parts = [part_of(list(range(7)), f"{k}/3") for k in (1, 2, 3)]
+    assert sorted(sum(parts, [])) == list(range(7)) and parts[1] == [1, 4]
+
+
+@pytest.mark.parametrize("part", ["0/2", "3/2", "1", "a/b", "1/0", "-1/2"])
+def test_a_part_that_is_none_is_named(part):
+    with pytest.raises(TrainingError, match=f"--part.*{part}"):
+        part_of([], part)
 
 
 def test_cached_labels_come_back(tmp_path):

@@ -1,4 +1,5 @@
 import copy
+from dataclasses import replace
 
 import numpy as np
 import onnx
@@ -195,6 +196,20 @@ def test_training_goes_on_from_an_exported_file(tmp_path):
     torch.testing.assert_close(restored.eval()(unseen), trained(unseen), rtol=1e-3, atol=1e-4)
     # With the images' own statistics training computes the same as use does.
     torch.testing.assert_close(restored.train()(images), trained(images), rtol=1e-3, atol=1e-3)
+
+
+@torch.no_grad()
+def test_training_goes_on_from_a_file_without_the_new_layers(tmp_path):
+    torch.manual_seed(5)
+    trained = SmallSuperPoint(TINY).eval()
+    larger = SmallSuperPoint(replace(TINY, quarter_detail=3)).train()
+    noisy(trained, 6)
+    export_onnx(trained, tmp_path / "trained.onnx")
+    load_exported(tmp_path / "trained.onnx", larger, torch.rand(6, 1, 64, 48), ("quarter_detail",))
+    unseen = torch.rand(2, 1, 40, 56)
+    torch.testing.assert_close(larger.eval()(unseen), trained(unseen), rtol=1e-3, atol=1e-4)
+    with pytest.raises(TrainingError, match="other shapes"):
+        load_exported(tmp_path / "trained.onnx", larger, unseen)
 
 
 def test_the_large_network_goes_on_from_its_file(tmp_path):

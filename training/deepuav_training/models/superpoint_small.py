@@ -28,10 +28,12 @@ class SmallSuperPointConfig:
     detail: int = 64  # of the detail path at 1/8
     head: int = 96  # of the detector's hidden layers
     descriptor_hidden: int = 128
+    quarter_detail: int = 0  # of the detail path from 1/4 to 1/8; 0: none
 
     def check(self, where: str) -> None:
         for name, value in vars(self).items():
-            check_field(value > 0, where, name, value, "at least 1 channel")
+            least = 0 if name == "quarter_detail" else 1
+            check_field(value >= least, where, name, value, f"at least {least} channels")
 
 
 class SmallSuperPoint(nn.Module):
@@ -47,8 +49,10 @@ class SmallSuperPoint(nn.Module):
         # A kernel as large as its stride is a space-to-depth fold and a mixing of its channels.
         self.image_detail = _convolution(1, c.detail // 2, CELL, CELL)
         self.half_detail = _convolution(c.half, c.detail, CELL // 2, CELL // 2)
+        self.quarter_detail = (_convolution(c.quarter, c.quarter_detail, CELL // 4, CELL // 4)
+                               if c.quarter_detail else None)
         self.detector = nn.Sequential(
-            _convolution(c.deep + c.detail // 2 + c.detail, c.head, 1),
+            _convolution(c.deep + c.detail // 2 + c.detail + c.quarter_detail, c.head, 1),
             _convolution(c.head, c.head, 3), nn.Conv2d(c.head, LOGITS, 1))
         self.descriptor = nn.Sequential(_convolution(c.deep, c.descriptor_hidden, 1),
                                         nn.Conv2d(c.descriptor_hidden, DESCRIPTOR, 1))
@@ -59,9 +63,13 @@ class SmallSuperPoint(nn.Module):
     def forward(self, image: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Returns logits (B, 65, H/8, W/8) and descriptors (B, 256, H/8, W/8) of length 1."""
         half = self.at_half(image)
-        deep = self.at_eighth(self.at_quarter(half))
-        detail = torch.cat([deep, self.image_detail(image), self.half_detail(half)], dim=1)
-        return self.detector(detail), F.normalize(self.descriptor(deep), dim=1)
+        quarter = self.at_quarter(half)
+        deep = self.at_eighth(quarter)
+        features = [deep, self.image_detail(image), self.half_detail(half)]
+        if self.quarter_detail is not None:
+            features.append(self.quarter_detail(quarter))
+        logits = self.detector(torch.cat(features, dim=1))
+        return logits, F.normalize(self.descriptor(deep), dim=1)
 
 
 class Residual(nn.Module):
