@@ -83,7 +83,6 @@ void FinishEvaluationArguments(EvaluationArguments* arguments) {
   options.rpe.unit = ParseRpeUnit(arguments->rpe_unit);
   if (!arguments->lever_arm_m.empty())
     options.antenna_cam_m = Eigen::Vector3d::Map(arguments->lever_arm_m.data());
-  arguments->truth_options.altitude = !options.horizontal;
   try {
     options.Check();
   } catch (const Error& error) {

@@ -6,6 +6,8 @@
 #include <map>
 #include <string_view>
 
+#include "deepuav/io/map_file.h"
+
 namespace deepuav {
 namespace {
 
@@ -14,16 +16,12 @@ std::string_view StateName(const FrameRecord& record) {
   return record.state == TrackingState::kInitialising ? "initialising" : "lost";
 }
 
-std::map<FrameId, KeyframeId> KeyframesByFrame(const Atlas& atlas, const SlamResult& result) {
-  std::map<FrameId, Timestamp> times;
-  for (const FrameRecord& record : result.frames) times[record.id] = record.time;
+/// A map that was loaded holds keyframes of an earlier run, whose frames have ids of their own.
+std::map<FrameId, KeyframeId> KeyframesByFrame(const Atlas& atlas, KeyframeId first_new) {
   std::map<FrameId, KeyframeId> keyframes;
   for (MapId map : atlas.Remaining()) {
     atlas.At(map).keyframes().ForEach([&](const Keyframe& keyframe) {
-      // A map that was loaded holds frames of an earlier run, with ids of their own.
-      const auto time = times.find(keyframe.frame.id);
-      if (time != times.end() && time->second == keyframe.frame.time)
-        keyframes[keyframe.frame.id] = keyframe.id;
+      if (keyframe.id >= first_new) keyframes[keyframe.frame.id] = keyframe.id;
     });
   }
   return keyframes;
@@ -41,8 +39,10 @@ std::string QuotedField(std::string_view text) {
 
 }  // namespace
 
-std::string FrameTable(const Atlas& atlas, const SlamResult& result) {
-  const std::map<FrameId, KeyframeId> keyframes = KeyframesByFrame(atlas, result);
+std::string FrameTable(const Atlas& atlas, const SlamResult& result,
+                       KeyframeId first_new_keyframe) {
+  const std::map<FrameId, KeyframeId> keyframes = KeyframesByFrame(atlas, first_new_keyframe);
+  const std::map<MapId, int64_t> numbers = NumbersInFile(atlas);
   fmt::memory_buffer table;
   const auto out = std::back_inserter(table);
   fmt::format_to(out, "frame,time_ns,state,map,key_points,landmarks,keyframe,reason\n");
@@ -50,7 +50,8 @@ std::string FrameTable(const Atlas& atlas, const SlamResult& result) {
     const auto keyframe = keyframes.find(record.id);
     fmt::format_to(
         out, "{},{},{},{},{},{},{},{}\n", record.id.value, record.time.nanoseconds,
-        StateName(record), record.located() ? fmt::format("{}", record.map.value) : std::string(),
+        StateName(record),
+        record.located() ? fmt::format("{}", numbers.at(atlas.Current(record.map))) : std::string(),
         record.keypoint_count, record.landmark_count,
         keyframe == keyframes.end() ? std::string() : fmt::format("{}", keyframe->second.value),
         record.reason.empty() ? std::string() : QuotedField(record.reason));

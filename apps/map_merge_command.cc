@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "argument_checks.h"
+#include "camera_checks.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/map_file.h"
@@ -25,19 +25,6 @@ struct MergeArguments {
   OptionArguments options;
 };
 
-void CheckSameCamera(const std::string& file, const Camera& camera, const Camera& expected) {
-  constexpr double kSameFocal = 0.01;
-  const bool same = camera.width == expected.width && camera.height == expected.height &&
-                    camera.lens == expected.lens &&
-                    std::abs(camera.pinhole.fx / expected.pinhole.fx - 1) < kSameFocal;
-  if (same) return;
-  throw Error(
-      "{}: its camera has {} x {} px and a focal length of {:.1f} px: expected {} x {} and "
-      "{:.1f} as the first file's",
-      file, camera.width, camera.height, camera.pinhole.fx, expected.width, expected.height,
-      expected.pinhole.fx);
-}
-
 void CheckSameNetwork(const std::string& file, const MapOrigin& origin, const std::string& first,
                       const MapOrigin& expected) {
   if (origin.features == expected.features) return;
@@ -50,7 +37,7 @@ LoadedAtlas LoadAll(const std::vector<std::string>& files, std::vector<MapId>* n
   LoadedAtlas all = ReadMapFile(files.front());
   for (size_t i = 1; i < files.size(); ++i) {
     const LoadedAtlas more = ReadMapFile(files[i]);
-    CheckSameCamera(files[i], more.camera, all.camera);
+    CheckSameCamera(files.front(), all.camera, more.camera, files[i] + "'s", false);
     CheckSameNetwork(files[i], more.origin, files.front(), all.origin);
     const MapId first_new = all.atlas.NextMap();
     const auto new_ids = TakeMaps(more.atlas, &all.atlas);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,18 @@ double LowestScore(const RunOptions& options) {
                                  : std::max(0.0, options.matching.min_similarity);
 }
 
+/// The same for all names of a file.
+fs::path Resolved(const fs::path& file) {
+  std::error_code error;  // A file that cannot be looked for is found so when it is read.
+  const fs::path resolved = fs::weakly_canonical(file, error);
+  return error ? file : resolved;
+}
+
+void RefuseInput(const fs::path& output, const std::set<fs::path>& inputs) {
+  if (inputs.contains(Resolved(output)))
+    throw Error("{}: is the input: expected another file", output.string());
+}
+
 class MatchWriter {
  public:
   MatchWriter(const MatchArguments& arguments, const RunOptions& options)
@@ -74,12 +87,17 @@ class MatchWriter {
     if (!arguments_.out.empty()) MakeOutputFolder(arguments_.out);
   }
 
-  /// Before the work, not after it, it shows that the first pair's files cannot be written.
-  void Probe(const ImagePair& first) const {
+  /// Before the work, not after it, it shows that files cannot be written or would replace inputs.
+  void Probe(const std::vector<ImagePair>& pairs) const {
+    std::set<fs::path> inputs;
+    if (!arguments_.pairs.empty()) inputs.insert(Resolved(arguments_.pairs));
+    for (const ImagePair& pair : pairs) inputs.insert({Resolved(pair.a), Resolved(pair.b)});
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      if (!arguments_.out.empty()) RefuseInput(FileOf(i, "txt"), inputs);
+      if (arguments_.draw) RefuseInput(PictureOf(i), inputs);
+    }
     if (!arguments_.out.empty()) ProbeOutput(FileOf(0, "txt"));
-    if (!arguments_.draw) return;
-    RefuseInputAsOutput(PictureOf(0), {first.a, first.b});
-    ProbeOutput(PictureOf(0));
+    if (arguments_.draw) ProbeOutput(PictureOf(0));
   }
 
   void Write(size_t index, const ImagePair& pair, const std::vector<PixelMatch>& matches) {
@@ -134,7 +152,7 @@ void MatchAll(const MatchArguments& arguments) {
   ReadOptions(arguments.options, &options, &registry);
   const std::vector<ImagePair> pairs = PairsOf(arguments);
   MatchWriter writer(arguments, options);
-  writer.Probe(pairs.front());
+  writer.Probe(pairs);
   PairMatcher matcher(options, arguments.max_side_px, arguments.headings);
   {
     ProgressBar bar(static_cast<int>(pairs.size()), "pairs");

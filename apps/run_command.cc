@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "argument_checks.h"
+#include "camera_checks.h"
 #include "commands.h"
 #include "dataset_images.h"
 #include "deepuav/base/error.h"
@@ -36,17 +37,8 @@ LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions
     throw Error("{}: its camera has {} x {} px: expected {} x {} as the images", file, there.width,
                 there.height, here.width, here.height);
   }
-  if (dataset.CalibrationIsApproximate()) {
-    options->system.refine_focal = false;  // the map's is better known
-    return loaded;
-  }
-  constexpr double kSameFocal = 0.01;
-  const bool same =
-      there.lens == here.lens && std::abs(there.pinhole.fx / here.pinhole.fx - 1) < kSameFocal;
-  if (!same) {
-    throw Error("{}: its camera has a focal length of {:.1f} px: expected {:.1f} px as the dataset",
-                file, there.pinhole.fx, here.pinhole.fx);
-  }
+  if (dataset.CalibrationIsApproximate()) options->system.refine_focal = false;
+  CheckSameCamera(file, there, here, "the dataset's", dataset.CalibrationIsApproximate());
   return loaded;
 }
 
@@ -54,6 +46,22 @@ void CheckNetwork(const std::string& file, const MapOrigin& origin, const Eyes& 
   if (origin.features == eyes.extractor().Description()) return;
   Log().warn("{}: made with {}, continued with {}: places may not be recognised", file,
              origin.features, eyes.extractor().Description());
+}
+
+/// Of maps that grow: all that made them. Maps that only localise stay as they are.
+MapOrigin OriginOf(const std::optional<LoadedAtlas>& loaded, const Eyes& eyes, bool localise_only) {
+  if (loaded && localise_only) return loaded->origin;
+  const std::string now = eyes.extractor().Description();
+  MapOrigin origin{DEEPUAV_VERSION, now, eyes.matcher().Description(), {}};
+  if (!loaded) return origin;
+  if (loaded->origin.features != now) origin.features = loaded->origin.features + "; " + now;
+  origin.image_names = loaded->origin.image_names;
+  return origin;
+}
+
+/// For reports that are made from another working folder; of no path, none.
+std::string AbsolutePath(const std::string& path) {
+  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
 }
 
 void Run(const RunArguments& arguments) {
@@ -75,17 +83,18 @@ void Run(const RunArguments& arguments) {
   const Camera& camera = loaded ? loaded->camera : dataset->camera();
   Eyes eyes(camera, options);
   Slam slam(camera, options.system, eyes.perception());
-  std::map<KeyframeId, std::string> image_names;
+  const MapOrigin origin = OriginOf(loaded, eyes, options.system.localise_only);
+  KeyframeId first_new_keyframe{0};
   if (loaded) {
     CheckNetwork(arguments.map, loaded->origin, eyes);
-    image_names = loaded->origin.image_names;
+    first_new_keyframe.value = loaded->atlas.ids().keyframes;
     slam.Load(std::move(loaded->atlas));
   }
 
   CatchSignals();
-  RunFacts facts{arguments.dataset,
+  RunFacts facts{AbsolutePath(arguments.dataset),
                  dataset->Kind(),
-                 arguments.camera,
+                 AbsolutePath(arguments.camera),
                  arguments.schedule,
                  eyes.extractor().Description(),
                  eyes.matcher().Description(),
@@ -96,7 +105,8 @@ void Run(const RunArguments& arguments) {
                  0,
                  0,
                  OptionTexts(registry),
-                 std::move(image_names)};
+                 origin,
+                 first_new_keyframe};
   std::optional<ProgressBar> bar(images.count());
   const auto show_progress = [&](const FrameRecord& record) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
@@ -109,7 +119,8 @@ void Run(const RunArguments& arguments) {
   bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
-  NameImages(slam.atlas(), *dataset, &facts.image_names);
+  if (!options.system.localise_only)
+    NameImages(slam.atlas(), *dataset, &facts.map_origin.image_names);
   WriteRunOutput(arguments.out, slam.atlas(), slam.camera(), result, facts);
   std::cout << DescribeRun(slam.atlas(), result, facts);
   if (!result.failure.empty())

@@ -28,7 +28,7 @@ FrameCounts FramesByMap(const Atlas& atlas, const SlamResult& result) {
   FrameCounts frames;
   for (MapId map : atlas.Remaining()) frames[map] = 0;
   for (const FrameRecord& record : result.frames) {
-    if (record.located()) ++frames[record.map];
+    if (record.located()) ++frames[atlas.Current(record.map)];
   }
   return frames;
 }
@@ -106,14 +106,16 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
   const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
   int located = 0;
+  const std::map<MapId, int64_t> numbers = NumbersInFile(atlas);
   for (const auto& [id, count] : frames) {
     const Map& map = atlas.At(id);
-    maps.push_back({{"id", id.value},
+    maps.push_back({{"id", numbers.at(id)},
                     {"keyframes", map.KeyframeCount()},
                     {"landmarks", map.LandmarkCount()},
                     {"frames", count}});
     located += count;
   }
+  const MapId main = MainMap(frames);
   const auto processed = static_cast<int>(result.frames.size());
   return {{"version", DEEPUAV_VERSION},
           {"dataset",
@@ -130,7 +132,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
             {"tracked_online", CountTrackedOnline(result)},
             {"located", located},
             {"lost", processed - located}}},
-          {"main_map", MainMap(frames).value},
+          {"main_map", main.valid() ? numbers.at(main) : main.value},
           {"maps", maps},
           {"features", facts.features},
           {"matcher", facts.matcher},
@@ -188,17 +190,19 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   };
   attempt([&] { WriteTrajectory(folder / "trajectory.txt", FrameTrajectory(result, main)); });
   attempt([&] {
-    WriteTrajectory(folder / "keyframes.txt",
-                    main.valid() ? KeyframeTrajectory(atlas.At(main)) : Trajectory{});
+    WriteTrajectory(
+        folder / "keyframes.txt",
+        main.valid() ? KeyframeTrajectory(atlas.At(main), facts.first_new_keyframe) : Trajectory{});
   });
   attempt([&] { RemoveMapTrajectories(folder); });
-  for (MapId map : atlas.Remaining()) {
+  for (const auto& [map, number] : NumbersInFile(atlas)) {
     if (map == main) continue;
-    attempt([&] {
-      WriteTrajectory(folder / MapTrajectoryName(map.value), FrameTrajectory(result, map));
-    });
+    attempt(
+        [&] { WriteTrajectory(folder / MapTrajectoryName(number), FrameTrajectory(result, map)); });
   }
-  attempt([&] { WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result)); });
+  attempt([&] {
+    WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result, facts.first_new_keyframe));
+  });
   attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
   attempt([&] {
     WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
@@ -208,19 +212,17 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
     WritePly(folder / "points.ply",
              main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColoredPoint>{});
   });
-  attempt([&] {
-    WriteMapFile(folder / "map.deepuav", atlas, camera,
-                 {DEEPUAV_VERSION, facts.features, facts.matcher, facts.image_names});
-  });
+  attempt([&] { WriteMapFile(folder / "map.deepuav", atlas, camera, facts.map_origin); });
   if (first_failure) std::rethrow_exception(first_failure);
 }
 
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
   std::string text;
+  const std::map<MapId, int64_t> numbers = NumbersInFile(atlas);
   for (const auto& [id, count] : FramesByMap(atlas, result)) {
     const Map& map = atlas.At(id);
-    text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", id.value, count,
-                        result.frames.size(), map.KeyframeCount(), map.LandmarkCount());
+    text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", numbers.at(id),
+                        count, result.frames.size(), map.KeyframeCount(), map.LandmarkCount());
   }
   text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n",
                       result.frames.size(), facts.wall_s,

@@ -99,6 +99,60 @@ class MapTest(unittest.TestCase):
         return out
 
 
+class GoingOn(MapTest):
+    """Runs over a map of an earlier one; the same images again have the same time stamps."""
+
+    def go_on(self, *more, features=()):
+        out = self.folder / "again"
+        arguments = run_arguments(SCENE, out, "--map", OLD / "map.deepuav", *features, "--set",
+                                  f"places.vocabulary={ROOT / 'models/vocabulary.bin'}", *more)
+        return out, call(*arguments)
+
+    def test_the_same_flight_again(self):
+        out, result = self.go_on()
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        summary = json.loads((out / "summary.json").read_text())
+        held = [one["id"] for one in info(out / "map.deepuav")["maps"]]
+        self.assertEqual([one["id"] for one in summary["maps"]], held)
+        self.assertIn(summary["main_map"], held)
+        self.assertTrue(Path(summary["dataset"]["path"]).is_absolute())
+        stamps = [float(line.split()[0]) for line in (out / "keyframes.txt").read_text().splitlines() if line[0] != "#"]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        rows = [line.split(",") for line in (out / "frames.csv").read_text().splitlines()[1:]]
+        self.assertEqual(len([row for row in rows if row[6] and int(row[3]) == summary["main_map"]]), len(stamps))
+        succeed("report", out, "--html", self.folder / "page.html")
+
+    def test_only_localising_leaves_the_file_as_it_is(self):
+        out, result = self.go_on("--localise-only", features=(
+            "--set", f"features.model={MODEL.with_name('superpoint_small_int8.onnx')}"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("continued with superpoint_small_int8.onnx", result.stderr)
+        self.assertEqual((out / "map.deepuav").read_bytes(), (OLD / "map.deepuav").read_bytes())
+
+    def test_a_map_of_two_networks_names_both(self):
+        int8 = MODEL.with_name("superpoint_small_int8.onnx")
+        out, _ = self.go_on(features=("--set", f"features.model={int8}"))
+        features = info(out / "map.deepuav")["features"]
+        self.assertTrue(features.startswith(MODEL.name), features)
+        self.assertIn(int8.name, features)
+
+    def test_another_camera(self):
+        for scale, coefficients, status, part in (
+                (1.2, "0, 0, 0, 0", FAILURE, "expected at most 10"), (1, "0.1, 0, 0, 0", FAILURE, "expected at most"),
+                (1.01, "0, 0, 0, 0", 0, "its camera is taken"), (1.001, "0, 0, 0, 0", 0, "")):
+            with self.subTest(scale=scale, coefficients=coefficients):
+                camera = self.folder / "camera.yaml"
+                focal = scale * layered_scene.FOCAL_PX
+                camera.write_text(
+                    f"model: radial_tangential\nwidth: {layered_scene.WIDTH}\nheight: {layered_scene.HEIGHT}\nfx: {focal}\n"
+                    f"fy: {focal}\ncx: {(layered_scene.WIDTH - 1) / 2}\ncy: {(layered_scene.HEIGHT - 1) / 2}\n"
+                    f"distortion: [{coefficients}]\n")
+                _, result = self.go_on("--camera", camera, "--end", "2", "--localise-only")
+                self.assertEqual(result.returncode, status, result.stderr)
+                self.assertIn(part, result.stderr)
+                self.assertEqual(bool(result.stderr), bool(part), result.stderr)
+
+
 class Info(MapTest):
     def test_figures_are_those_of_the_run(self):
         figures, summary = info(self.map), json.loads((NEW / "summary.json").read_text())

@@ -409,6 +409,13 @@ class Match(ModelTest):
         self.expect_failure(call("match", a, self.folder / "none.png"), "none.png")
         self.expect_failure(call("match", a, a, "--draw", a), "a.png", "is the input")
         self.expect_failure(call("match", a, a, "--draw", self.folder / "absent/b.png"), "absent/b.png")
+        frames = self.folder / "frames"
+        frames.mkdir()
+        second = png(frames / "00001.png", self.rows)
+        pairs = self.pair_list(f"{a} {a}\n{a} {second}\n")
+        before = second.read_bytes()
+        self.expect_failure(call("match", "--pairs", pairs, "--out", frames, "--draw"), "00001.png", "is the input")
+        self.assertEqual(second.read_bytes(), before)
         out = self.folder / "out"
         for text, parts in (("a.png\n", ["pairs.txt:1", "'a.png'", "two images"]),
                             ("\n# x\n", ["pairs.txt", "no pair"]),

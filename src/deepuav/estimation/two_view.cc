@@ -93,9 +93,12 @@ bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
   return in_front > 0 && in_front >= problem.options.min_front_ratio * voters;
 }
 
-bool GoodEnough(const TwoViewProblem& problem, const TwoViewSolution& solution) {
-  return solution.valid_count >= problem.options.min_inliers &&
-         solution.median_parallax_deg >= problem.options.min_parallax_deg;
+bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  return solution.valid_count >= problem.options.min_inliers;
+}
+
+bool HasParallax(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  return solution.median_parallax_deg >= problem.options.min_parallax_deg;
 }
 
 double ParallaxDeg(const TwoViewSolution& solution, size_t pair) {
@@ -143,7 +146,7 @@ void AddSolutions(const TwoViewProblem& problem, const TwoViewModel& model,
     TwoViewSolution solution;
     solution.b_from_a = b_from_a;
     Triangulate(problem, &solution);
-    if (MostInFront(problem, model, solution) && GoodEnough(problem, solution))
+    if (MostInFront(problem, model, solution) && HasSupport(problem, solution))
       solutions->push_back(solution);
   }
 }
@@ -168,16 +171,18 @@ bool SamePose(const TwoViewSolution& a, const TwoViewSolution& b) {
 }
 
 /// By falling support: the best, and those as different from it as planar ambiguity makes them and
-/// supported nearly as well, `most` in all.
+/// supported nearly as well, `most` in all. None if the best has too little parallax: another that
+/// has more must not win for that.
 std::vector<TwoViewSolution> Choose(const TwoViewProblem& problem,
                                     std::vector<TwoViewSolution> solutions, size_t most) {
   std::erase_if(solutions,
-                [&](const TwoViewSolution& solution) { return !GoodEnough(problem, solution); });
+                [&](const TwoViewSolution& solution) { return !HasSupport(problem, solution); });
   std::stable_sort(solutions.begin(), solutions.end(),
                    [](const TwoViewSolution& a, const TwoViewSolution& b) {
                      return a.valid_count > b.valid_count;
                    });
   std::vector<TwoViewSolution> chosen;
+  if (solutions.empty() || !HasParallax(problem, solutions.front())) return chosen;
   for (TwoViewSolution& solution : solutions) {
     if (chosen.size() == most) break;
     const auto same = [&](const TwoViewSolution& other) { return SamePose(solution, other); };
@@ -224,6 +229,8 @@ std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
   std::vector<TwoViewSolution> solutions;
   if (result.planar) AddSolutions(problem, *homography, &solutions);
   if (essential) AddSolutions(problem, *essential, &solutions);
+  const auto has_parallax = [&](const TwoViewSolution& s) { return HasParallax(problem, s); };
+  if (std::none_of(solutions.begin(), solutions.end(), has_parallax)) return std::nullopt;
   for (TwoViewSolution& solution : solutions) Refine(problem, &solution);
   result.solutions = Choose(problem, std::move(solutions), result.planar ? kMaxPlanarSolutions : 1);
   if (result.solutions.empty()) return std::nullopt;

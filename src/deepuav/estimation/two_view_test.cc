@@ -200,6 +200,31 @@ TEST(EstimateTwoView, PlaneApproachedGivesBothSolutionsAndAThirdViewTellsThemApa
   EXPECT_LT(2 * rms[first_is_true ? 0 : 1], rms[first_is_true ? 1 : 0]);
 }
 
+/// Where the parallax asked for lies between those of the two solutions of a plane, neither may win
+/// for its parallax.
+TEST(EstimateTwoView, TheRivalOfAPlaneIsNotChosenForItsParallax) {
+  Random random(13);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksOnGround(1500, {-100, -100}, {100, 100}, 0, &random);
+  const SyntheticPairs seen =
+      ObservePairs(world, LookDown({0, 0, 60}, 0), LookDown({15, 5, 45}, 0.1), {0.5, 0.1}, &random);
+  const auto both = EstimateTwoView(world.pinhole, seen.pairs, 3, {});
+  ASSERT_TRUE(both);
+  ASSERT_EQ(both->solutions.size(), 2u);
+  const double best_deg = both->solutions[0].median_parallax_deg,
+               rival_deg = both->solutions[1].median_parallax_deg;
+  ASSERT_GT(std::abs(best_deg - rival_deg), 0.1);
+  TwoViewOptions options;
+  options.min_parallax_deg = 0.5 * (best_deg + rival_deg);
+  const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, options);
+  if (best_deg < rival_deg) {
+    EXPECT_FALSE(found);
+  } else {
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->solutions.size(), 2u);
+  }
+}
+
 TEST(EstimateTwoView, PointsOffThePlaneSupportTheTrueSolutionMost) {
   Random random(15);
   for (int i = 0; i < 5; ++i) {

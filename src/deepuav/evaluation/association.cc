@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kNanosecondsPerSecond = 1e9;
 constexpr double kLongestSpan_s = 1e9;  // Keeps seconds within 64-bit nanoseconds.
+constexpr double kLargestOffset_s =
+    4e9;  // The same, and from a video's 0 to a receiver's Unix time.
 
 std::vector<int64_t> Nanoseconds(const Trajectory& trajectory, int64_t offset) {
   std::vector<int64_t> stamps;
@@ -69,8 +71,8 @@ std::string RangeText(const Trajectory& trajectory, double offset_s) {
 void AssociationOptions::Check() const {
   CheckOption(max_difference_s >= 0 && max_difference_s < kLongestSpan_s, "max_difference_s",
               max_difference_s, "0 s or more");
-  CheckOption(std::abs(time_offset_s) < kLongestSpan_s, "time_offset_s", time_offset_s,
-              "a number of seconds");
+  CheckOption(std::abs(time_offset_s) <= kLargestOffset_s, "time_offset_s", time_offset_s,
+              "at most 4e9 s either way");
   CheckOption(max_gap_s >= 0 && max_gap_s < kLongestSpan_s, "max_gap_s", max_gap_s, "0 s or more");
 }
 

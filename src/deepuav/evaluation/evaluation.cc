@@ -5,12 +5,15 @@
 #include <set>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/base/options.h"
 #include "deepuav/evaluation/lever_arm.h"
 #include "deepuav/evaluation/time_offset.h"
 
 namespace deepuav {
 namespace {
+
+constexpr double kNoticedHeightShare = 0.01;
 
 /// The poses with `start_s` <= time + offset_s - origin <= `end_s`.
 Trajectory PartOf(const Trajectory& trajectory, Timestamp origin, double offset_s, double start_s,
@@ -44,6 +47,28 @@ Trajectory SelectPart(const Trajectory& truth, const Trajectory& estimate,
                 options.start_s, options.end_s, part_of_truth->size(), part.size());
   }
   return part;
+}
+
+/// Of positions about their mean, m^2.
+Eigen::Vector3d Variance(const Trajectory& trajectory) {
+  const auto count = static_cast<double>(trajectory.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), sum = Eigen::Vector3d::Zero();
+  for (const TimedPose& pose : trajectory) mean += pose.world_from_cam.translation() / count;
+  for (const TimedPose& pose : trajectory)
+    sum += (pose.world_from_cam.translation() - mean).cwiseAbs2();
+  return sum / count;
+}
+
+/// A truth without altitudes is flat: what the estimate climbs makes its scale too small, in
+/// least squares by the heights' share of all variance.
+void WarnOfHeights(const Trajectory& aligned) {
+  const Eigen::Vector3d variance = Variance(aligned);
+  const double share = variance.z() / std::max(variance.sum(), std::numeric_limits<double>::min());
+  if (share < kNoticedHeightShare) return;
+  Log().warn(
+      "The truth has no altitudes and the estimate's heights vary by {:.1f} m: aligned to a flat "
+      "truth, its scale may be {:.0f} % too small",
+      std::sqrt(variance.z()), 100 * share);
 }
 
 void MatchPoses(const Trajectory& estimate, const AssociationOptions& association,
@@ -110,9 +135,11 @@ Evaluation EvaluateTrajectory(const Truth& truth, const Trajectory& estimate,
                            evaluation.horizontal, evaluation.antenna_cam_m);
   evaluation.matched_estimate = MoveToAntenna(
       evaluation.ate.truth_from_estimate, evaluation.matched_estimate, evaluation.antenna_cam_m);
+  if (!truth.has_altitude && options.alignment) WarnOfHeights(evaluation.matched_estimate);
   evaluation.rpe =
       truth.has_orientation
-          ? ComputeRelativeError(evaluation.matched_truth, evaluation.matched_estimate, options.rpe)
+          ? ComputeRelativeError(evaluation.matched_truth, evaluation.matched_estimate, options.rpe,
+                                 evaluation.horizontal)
           : ComputeRelativeDistanceError(evaluation.matched_truth, evaluation.matched_estimate,
                                          options.rpe, evaluation.horizontal);
   return evaluation;

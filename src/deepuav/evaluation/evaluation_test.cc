@@ -61,6 +61,22 @@ TEST(Evaluation, HorizontalLeavesHeightOut) {
   EXPECT_NEAR(EvaluateTrajectory(truth, estimate, options).ate.statistics_m.rmse, 0, 1e-12);
 }
 
+TEST(Evaluation, HorizontalIsTheRelativeErrorToo) {
+  const Truth truth{MakeFlight(200, 20), true};
+  Trajectory estimate = truth.trajectory;
+  for (size_t i = 0; i < estimate.size(); ++i) {
+    const SE3& pose = estimate[i].world_from_cam;
+    const Eigen::Vector3d error_m(0, 0.1 * static_cast<double>(i), i % 2 == 0 ? 0.5 : -0.5);
+    estimate[i].world_from_cam = SE3(pose.rotation(), pose.translation() + error_m);
+  }
+  EvaluationOptions options;
+  options.alignment.reset();
+  EXPECT_NEAR(EvaluateTrajectory(truth, estimate, options).rpe->translation_m.rmse,
+              std::hypot(1, 0.1), 1e-9);
+  options.horizontal = true;
+  EXPECT_NEAR(EvaluateTrajectory(truth, estimate, options).rpe->translation_m.rmse, 0.1, 1e-9);
+}
+
 TEST(Evaluation, FixesHaveNoRotationError) {
   const Truth fixes{MakeFlight(50, 1), false};
   const Evaluation evaluation = EvaluateTrajectory(fixes, fixes.trajectory);

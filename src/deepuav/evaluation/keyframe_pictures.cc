@@ -13,15 +13,16 @@
 namespace deepuav {
 namespace {
 
-std::vector<const Keyframe*> ByTime(const Map& map) {
+/// As they were made: flights of one map may have the same times.
+std::vector<const Keyframe*> InOrder(const Map& map) {
   std::vector<const Keyframe*> keyframes;
   map.keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(&keyframe); });
   std::sort(keyframes.begin(), keyframes.end(),
-            [](const Keyframe* a, const Keyframe* b) { return a->frame.time < b->frame.time; });
+            [](const Keyframe* a, const Keyframe* b) { return a->id < b->id; });
   return keyframes;
 }
 
-std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
+std::optional<int> FrameAt(const Dataset& dataset, Timestamp time, const std::string& name) {
   int low = 0, high = dataset.size();
   while (low < high) {
     const int middle = low + (high - low) / 2;
@@ -32,12 +33,14 @@ std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
     }
   }
   if (low == dataset.size() || dataset.Time(low) != time) return std::nullopt;
+  if (!name.empty() && dataset.ImageName(low) != name) return std::nullopt;
   return low;
 }
 
-/// A JPEG as data URI; empty where the dataset does not have the frame.
-std::string ImageUri(Dataset* dataset, Timestamp time, const PictureOptions& options) {
-  const std::optional<int> frame = FrameAt(*dataset, time);
+/// A JPEG as data URI; empty where the dataset does not have the frame, or one of another name.
+std::string ImageUri(Dataset* dataset, Timestamp time, const std::string& name,
+                     const PictureOptions& options) {
+  const std::optional<int> frame = FrameAt(*dataset, time, name);
   if (!frame) return "";
   cv::Mat image;
   try {
@@ -59,8 +62,8 @@ uint16_t ToShort(float value, int limit) {
   return static_cast<uint16_t>(std::clamp(std::lround(value), 0L, static_cast<long>(limit)));
 }
 
-nlohmann::json View(const Keyframe& keyframe, const Camera& camera, Dataset* dataset,
-                    const PictureOptions& options) {
+nlohmann::json View(const Keyframe& keyframe, const Camera& camera, const ImageNames& image_names,
+                    Dataset* dataset, const PictureOptions& options) {
   std::vector<uint16_t> points;
   std::vector<uint8_t> mapped;
   const std::vector<Keypoint>& keypoints = keyframe.features().keypoints;
@@ -76,7 +79,9 @@ nlohmann::json View(const Keyframe& keyframe, const Camera& camera, Dataset* dat
                          {"points", PackShorts(points)},
                          {"mapped", PackBytes(mapped)}};
   if (dataset) {
-    const std::string image = ImageUri(dataset, keyframe.frame.time, options);
+    const auto name = image_names.find(keyframe.id);
+    const std::string image = ImageUri(dataset, keyframe.frame.time,
+                                       name == image_names.end() ? "" : name->second, options);
     if (!image.empty()) view["image"] = image;
   }
   return view;
@@ -105,10 +110,10 @@ void PictureOptions::Check() const {
   CheckOption(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg_quality", jpeg_quality, "0 to 100");
 }
 
-nlohmann::json KeyframePictures(const Map& map, const Camera& camera, Dataset* dataset,
-                                const PictureOptions& options) {
+nlohmann::json KeyframePictures(const Map& map, const Camera& camera, const ImageNames& image_names,
+                                Dataset* dataset, const PictureOptions& options) {
   options.Check();
-  const std::vector<const Keyframe*> keyframes = ByTime(map);
+  const std::vector<const Keyframe*> keyframes = InOrder(map);
   nlohmann::json pictures = nlohmann::json::array();
   if (keyframes.size() < 2) return pictures;
   const size_t possible = keyframes.size() - 1;
@@ -117,11 +122,11 @@ nlohmann::json KeyframePictures(const Map& map, const Camera& camera, Dataset* d
     const size_t at = (2 * i + 1) * possible / (2 * count);
     const Keyframe &first = *keyframes[at], &second = *keyframes[at + 1];
     const std::vector<uint16_t> matches = SharedKeypoints(map, first, second);
-    pictures.push_back(
-        {{"shared", matches.size() / 2},
-         {"matches", PackShorts(matches)},
-         {"views",
-          {View(first, camera, dataset, options), View(second, camera, dataset, options)}}});
+    pictures.push_back({{"shared", matches.size() / 2},
+                        {"matches", PackShorts(matches)},
+                        {"views",
+                         {View(first, camera, image_names, dataset, options),
+                          View(second, camera, image_names, dataset, options)}}});
   }
   return pictures;
 }

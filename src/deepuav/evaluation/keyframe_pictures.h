@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "deepuav/io/dataset.h"
+#include "deepuav/io/map_origin.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {
@@ -28,8 +29,9 @@ struct PictureOptions {
 /// page: [{"shared": n, "views": [view, view], "matches": u16 pairs of key points}], where a view
 /// is
 /// {"time_s", "keyframe", "width", "height", "points": u16 x and y, "mapped": u8, "image": JPEG as
-/// data URI}. Without `dataset`, and for frames it no longer has, there is no "image".
-nlohmann::json KeyframePictures(const Map& map, const Camera& camera, Dataset* dataset,
-                                const PictureOptions& options = {});
+/// data URI}. Without `dataset`, and for frames it no longer has or has under another name than
+/// `image_names` says, there is no "image".
+nlohmann::json KeyframePictures(const Map& map, const Camera& camera, const ImageNames& image_names,
+                                Dataset* dataset, const PictureOptions& options = {});
 
 }  // namespace deepuav

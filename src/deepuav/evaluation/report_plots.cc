@@ -145,8 +145,10 @@ std::string Growth(const std::vector<RunReport>& reports) {
   for (size_t run = 0; run < reports.size(); ++run) {
     Curve keyframe_curve{RunColor(run), {}}, landmark_curve{RunColor(run), {}};
     const MapGrowth& growth = reports[run].growth;
+    const auto& evaluation = reports[run].evaluation;
+    const double offset_s = evaluation ? evaluation->time_offset_s : 0;
     for (size_t i = 0; i < growth.times.size(); ++i) {
-      const double seconds = SecondsBetween(reports[run].Start(), growth.times[i]);
+      const double seconds = SecondsBetween(reports[run].Start(), growth.times[i]) + offset_s;
       keyframe_curve.points.emplace_back(seconds, static_cast<double>(i + 1));
       landmark_curve.points.emplace_back(seconds, growth.landmarks[i]);
     }

@@ -180,7 +180,7 @@ TEST(KeyframePictures, ShowNeighboursAndWhatTheyShare) {
   camera.width = 64;
   camera.height = 48;
 
-  const nlohmann::json pictures = KeyframePictures(map, camera, nullptr, {.pairs = 9});
+  const nlohmann::json pictures = KeyframePictures(map, camera, {}, nullptr, {.pairs = 9});
   ASSERT_EQ(pictures.size(), 2u);
   EXPECT_EQ(pictures[0]["shared"], 1);
   EXPECT_EQ(pictures[0]["matches"], PackShorts({2, 3}));

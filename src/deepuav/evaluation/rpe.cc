@@ -121,7 +121,7 @@ PosePairs SelectPosePairs(const Trajectory& trajectory, const RpeOptions& option
 
 std::optional<RelativeError> ComputeRelativeError(const Trajectory& truth,
                                                   const Trajectory& aligned_estimate,
-                                                  const RpeOptions& options) {
+                                                  const RpeOptions& options, bool horizontal) {
   RelativeError result;
   result.pairs = PairsOf(truth, aligned_estimate, options);
   if (result.pairs.empty()) return std::nullopt;
@@ -130,7 +130,8 @@ std::optional<RelativeError> ComputeRelativeError(const Trajectory& truth,
     const SE3 motion =
         aligned_estimate[i].world_from_cam.Inverse() * aligned_estimate[j].world_from_cam;
     const SE3 error = true_motion.Inverse() * motion;
-    result.errors_m.push_back(error.translation().norm());
+    const Eigen::Vector3d error_m = truth[j].world_from_cam.rotation() * error.translation();
+    result.errors_m.push_back(horizontal ? error_m.head<2>().norm() : error_m.norm());
     result.errors_deg.push_back(kDegreesPerRadian * error.Angle());
   }
   result.translation_m = ComputeStatistics(result.errors_m);

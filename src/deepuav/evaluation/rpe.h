@@ -45,11 +45,13 @@ struct RelativeError {
 };
 
 /// E = (Q_i^-1 Q_j)^-1 (P_i^-1 P_j) of truth Q and aligned estimate P; its translation's length and
-/// its rotation's angle. Pose i of one belongs to pose i of the other. Nothing if no pair of poses
-/// is `delta` apart. Throws Error if sizes differ.
+/// its rotation's angle. With `horizontal` the length is that in the truth's x and y alone. Pose i
+/// of one belongs to pose i of the other. Nothing if no pair of poses is `delta` apart. Throws
+/// Error if sizes differ.
 std::optional<RelativeError> ComputeRelativeError(const Trajectory& truth,
                                                   const Trajectory& aligned_estimate,
-                                                  const RpeOptions& options);
+                                                  const RpeOptions& options,
+                                                  bool horizontal = false);
 
 /// For truth without orientation: the difference of the distances |p_j - p_i|, in x and y alone if
 /// `horizontal`.

@@ -153,6 +153,10 @@ void Evaluate(const std::filesystem::path& truth, const EvaluationOptions& optio
       report->problem = "no truth was given, and the dataset is no longer there";
       return;
     }
+    if (truth.empty() && !std::filesystem::is_directory(source)) {
+      report->problem = "no truth was given, and a video holds none";
+      return;
+    }
     report->evaluation =
         EvaluateTrajectory(LoadTruth(source, truth_options), report->run.trajectory, options);
     report->truth_source = source.string();
@@ -171,7 +175,8 @@ void AddMap(const PictureOptions& options, RunReport* report) {
     const Map& map = loaded.atlas.At({std::stoll(main_map)});
     report->growth = GrowthOf(map);
     const std::unique_ptr<Dataset> dataset = DatasetOf(report->run);
-    report->pictures = KeyframePictures(map, loaded.camera, dataset.get(), options);
+    report->pictures =
+        KeyframePictures(map, loaded.camera, loaded.origin.image_names, dataset.get(), options);
   } catch (const std::exception& error) {
     Log().warn("{}: no growth of the map and no pictures: {}", report->run.name, error.what());
   }

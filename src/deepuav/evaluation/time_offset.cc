@@ -91,11 +91,11 @@ double SearchTimeOffset(const Truth& truth, const Trajectory& estimate,
         offset_at(best - steps_a_side), range_s, center_s);
   }
   const double best_s = offset_at(best - steps_a_side);
-  const auto rmse = [&](double offset_s) {
-    return AgreementAt(offset_s, truth, estimate, options).rmse_m;
+  // Brent's tolerance is relative: of the distance from the grid's best, not of a large offset.
+  const auto rmse = [&](double from_best_s) {
+    return AgreementAt(best_s + from_best_s, truth, estimate, options).rmse_m;
   };
-  return boost::math::tools::brent_find_minima(rmse, best_s - step_s, best_s + step_s, kBrentBits)
-      .first;
+  return best_s + boost::math::tools::brent_find_minima(rmse, -step_s, step_s, kBrentBits).first;
 }
 
 }  // namespace deepuav

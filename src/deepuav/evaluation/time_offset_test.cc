@@ -51,6 +51,17 @@ Trajectory Delayed(const Trajectory& flight, double delay_s) {
   return delayed;
 }
 
+TEST(TimeOffset, OfAVideoToUnixTimeIsFoundAsExactly) {
+  constexpr double kStart_s = 1.7e9;
+  EvaluationOptions options = Searching(5);
+  options.association.time_offset_s = kStart_s;
+  const Trajectory truth_path = Receiver(0, 1).trajectory;
+  Truth truth = Receiver(0, 1);
+  truth.trajectory = Delayed(truth_path, kStart_s);
+  const double found = SearchTimeOffset(truth, Delayed(Camera(0), -0.0173), options);
+  EXPECT_NEAR(found - kStart_s, 0.0173, 2e-4);
+}
+
 TEST(TimeOffset, IsFoundToAFractionOfTheFrameInterval) {
   for (const double offset_s : {-3.1234, -0.011, 0.0, 0.0173, 2.718}) {
     const Trajectory estimate = Delayed(Camera(0), -offset_s);

@@ -14,9 +14,9 @@ namespace deepuav {
 namespace {
 
 constexpr const char* kCameraTruthFiles[] = {"groundtruth_cam0.csv", "groundtruth.txt"};
-constexpr const char* kBodyTruthFile = "mav0/state_groundtruth_estimate0/data.csv";
-constexpr const char *kReceiverFile = "mav0/gps0/data.csv", *kCameraFolder = "cam0",
-                     *kSensorFile = "sensor.yaml";
+constexpr const char *kSensorsFolder = "mav0", *kCameraFolder = "cam0",
+                     *kBodyTruthFile = "state_groundtruth_estimate0/data.csv",
+                     *kReceiverFile = "gps0/data.csv", *kSensorFile = "sensor.yaml";
 constexpr const char* kKittiTimesFile = "times.txt";
 
 /// The file of times that goes with KITTI poses: beside them, or in the sequence's folder of
@@ -54,9 +54,9 @@ Truth ReadPoses(const std::filesystem::path& file) {
   return {.trajectory = timed ? *timed : UntimedKittiPoses(file), .has_pose_numbers = true};
 }
 
-/// Of a EuRoC dataset. Its calibration may be no use, as the run may have had another.
-Trajectory ReadBodyTruth(const std::filesystem::path& folder) {
-  const std::filesystem::path sensor = folder / "mav0" / kCameraFolder / kSensorFile;
+/// Of a EuRoC dataset's mav0. Its calibration may be no use, as the run may have had another.
+Trajectory ReadBodyTruth(const std::filesystem::path& sensors) {
+  const std::filesystem::path sensor = sensors / kCameraFolder / kSensorFile;
   if (!std::filesystem::exists(sensor)) {
     throw Error(
         "{}: no such file: expected it for its T_BS, which turns the poses of the body in {} into "
@@ -64,7 +64,7 @@ Trajectory ReadBodyTruth(const std::filesystem::path& folder) {
         sensor.string(), kBodyTruthFile);
   }
   const SE3 body_from_cam = ReadEurocBodyFromSensor(sensor);
-  Trajectory trajectory = ReadTrajectory(folder / kBodyTruthFile);
+  Trajectory trajectory = ReadTrajectory(sensors / kBodyTruthFile);
   for (TimedPose& pose : trajectory) pose.world_from_cam = pose.world_from_cam * body_from_cam;
   return trajectory;
 }
@@ -105,9 +105,11 @@ Truth ReadReceiver(const std::filesystem::path& file, bool use_altitude) {
 Truth ReadPhotographs(const std::filesystem::path& folder, bool use_altitude) {
   const std::vector<TimedFix> fixes = ReadPhotographFixes(folder);
   if (fixes.empty()) {
-    throw Error("{}: found no truth, expected {}, {}, {}, {} or photographs with EXIF positions",
-                folder.string(), kCameraTruthFiles[0], kCameraTruthFiles[1], kBodyTruthFile,
-                kReceiverFile);
+    throw Error(
+        "{0}: found no truth, expected {1}, {2}, {3}/{4}, {3}/{5} or photographs with EXIF "
+        "positions",
+        folder.string(), kCameraTruthFiles[0], kCameraTruthFiles[1], kSensorsFolder, kBodyTruthFile,
+        kReceiverFile);
   }
   return TruthOfFixes(fixes, use_altitude && HaveAltitudes(fixes));
 }
@@ -139,13 +141,18 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
     if (IsGnssFile(path)) return ReadReceiver(path, options.altitude);
     return ReadPoses(path);
   }
-  for (const char* name : kCameraTruthFiles) {
-    if (std::filesystem::exists(path / name)) return ReadPoses(path / name);
+  const bool is_sensors = std::filesystem::is_directory(path / kCameraFolder);
+  const std::filesystem::path sensors = is_sensors ? path : path / kSensorsFolder;
+  std::vector<std::filesystem::path> folders{path};
+  if (is_sensors) folders.push_back(std::filesystem::absolute(path / "..").lexically_normal());
+  for (const std::filesystem::path& folder : folders) {
+    for (const char* name : kCameraTruthFiles)
+      if (std::filesystem::exists(folder / name)) return ReadPoses(folder / name);
   }
-  if (std::filesystem::exists(path / kBodyTruthFile)) return {.trajectory = ReadBodyTruth(path)};
-  if (std::filesystem::exists(path / kReceiverFile)) {
-    return ReadReceiver(path / kReceiverFile, options.altitude);
-  }
+  if (std::filesystem::exists(sensors / kBodyTruthFile))
+    return {.trajectory = ReadBodyTruth(sensors)};
+  if (std::filesystem::exists(sensors / kReceiverFile))
+    return ReadReceiver(sensors / kReceiverFile, options.altitude);
   return ReadPhotographs(path, options.altitude && options.photograph_altitude);
 }
 

@@ -45,6 +45,19 @@ TEST(LoadTruth, TakesAFileOrTheFileInAFolder) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(LoadTruth, TheFolderOfSensorsItselfHasTheTruthOfItsDataset) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "deepuav_sensors_truth_test";
+  fs::create_directories(folder / "flight/cam0");
+  fs::create_directories(folder / "flight/gps0");
+  std::ofstream(folder / "flight/gps0/data.csv")
+      << "#timestamp [ns],latitude [deg],longitude [deg]\n1,0,0.001\n2,0,0.002\n";
+  EXPECT_EQ(LoadTruth(folder / "flight").trajectory.size(), 2u);
+  WriteTrajectory(folder / "groundtruth.txt", MakeFlight(10, 10));
+  EXPECT_EQ(LoadTruth(folder / "flight").trajectory.size(), 10u) << "beside the folder";
+  fs::remove_all(folder);
+}
+
 TEST(LoadTruth, KittiPosesTakeTheirTimesFromTimesTxt) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "deepuav_kitti_truth_test";

@@ -197,4 +197,20 @@ std::optional<Eigen::Vector2d> Camera::Undistort(const Eigen::Vector2d& image_px
   return pinhole.Project(point->homogeneous());
 }
 
+double LargestDifferencePx(const Camera& a, const Camera& b) {
+  constexpr int kGridSteps = 8;
+  double largest = -1;
+  for (int row = 0; row <= kGridSteps; ++row) {
+    for (int column = 0; column <= kGridSteps; ++column) {
+      const Eigen::Vector2d pixel(column * (a.width - 1.0) / kGridSteps,
+                                  row * (a.height - 1.0) / kGridSteps);
+      const auto undistorted = a.Undistort(pixel);
+      if (!undistorted) continue;
+      const auto seen = b.Distort(a.pinhole.Unproject(*undistorted));
+      if (seen) largest = std::max(largest, (*seen - pixel).norm());
+    }
+  }
+  return largest < 0 ? std::numeric_limits<double>::infinity() : largest;
+}
+
 }  // namespace deepuav

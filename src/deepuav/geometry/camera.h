@@ -55,4 +55,8 @@ struct Camera {
   static constexpr double kMaxAngleRad = 1.31;  // 75 degrees
 };
 
+/// How far apart two cameras of one image size see the same rays, at most: pixels, over a grid of
+/// the image. Infinite where no ray is seen by both.
+double LargestDifferencePx(const Camera& a, const Camera& b);
+
 }  // namespace deepuav

@@ -256,6 +256,25 @@ TEST(CameraCheck, NamesTheBadField) {
                 "distortion");
 }
 
+TEST(LargestDifferencePx, IsThatOfTheFarthestCorner) {
+  const Camera camera = EurocCamera();
+  EXPECT_LT(LargestDifferencePx(camera, camera), 1e-3);
+  Camera shifted = camera;
+  shifted.pinhole.cx += 3;
+  shifted.pinhole.cy -= 4;
+  EXPECT_NEAR(LargestDifferencePx(camera, shifted), 5, 1e-3);
+  Camera plain = camera;
+  plain.lens = LensModel::kPinhole;
+  plain.distortion.clear();
+  Camera longer = plain;
+  longer.pinhole.fx *= 1.01;
+  longer.pinhole.fy *= 1.01;
+  const Eigen::Vector2d farthest(std::max(plain.pinhole.cx, plain.width - 1 - plain.pinhole.cx),
+                                 std::max(plain.pinhole.cy, plain.height - 1 - plain.pinhole.cy));
+  EXPECT_NEAR(LargestDifferencePx(plain, longer), 0.01 * farthest.norm(), 1e-6);
+  EXPECT_GT(LargestDifferencePx(plain, camera), 20) << "the lens alone";
+}
+
 TEST(CameraCheck, RefusesALensThatFoldsInsideTheImage) {
   Camera camera = EurocCamera();
   camera.distortion = {-0.4, 0, 0, 0};  // folds at r = 0.913, seen 279 px from the centre

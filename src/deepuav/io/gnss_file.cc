@@ -1,7 +1,6 @@
 #include "deepuav/io/gnss_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <optional>
 #include <string>
@@ -44,11 +43,12 @@ bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
   return LowerCase(file.extension().string()) == ".gpx" || first_line.starts_with('<');
 }
 
-/// Where the columns are, and how many decimal places a second has in the unit of the times.
+/// Where the columns are, and their units.
 struct Columns {
   size_t time = 0, latitude = 1, longitude = 2;
   std::optional<size_t> altitude;
-  std::optional<int> places_of_second;  ///< Nothing where the head names no unit.
+  std::optional<int> places_of_second;  ///< Decimal ones; nothing where the head names no unit.
+  double altitude_unit_m = 1;
 };
 
 bool StartsWithAny(const std::string& name, std::initializer_list<const char*> starts) {
@@ -56,17 +56,33 @@ bool StartsWithAny(const std::string& name, std::initializer_list<const char*> s
                      [&](const char* start) { return name.starts_with(start); });
 }
 
-std::optional<int> PlacesOfSecond(const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, int>, 4> kUnits = {
-      {{"ns", 9}, {"us", 6}, {"ms", 3}, {"s", 0}}};
-  std::string unit = name;
-  while (!unit.empty() && std::string_view("])} ").find(unit.back()) != std::string_view::npos) {
-    unit.pop_back();
+template <typename Value>
+struct Unit {
+  std::string_view name;
+  Value value;
+};
+constexpr Unit<int> kPlacesOfSecond[] = {{"ns", 9},          {"nanosecond", 9}, {"us", 6},
+                                         {"microsecond", 6}, {"ms", 3},         {"millisecond", 3},
+                                         {"s", 0},           {"second", 0}};
+constexpr double kFoot_m = 0.3048;
+constexpr Unit<double> kMetres[] = {{"m", 1},        {"meter", 1},      {"metre", 1},
+                                    {"ft", kFoot_m}, {"foot", kFoot_m}, {"feet", kFoot_m}};
+
+/// The unit that a column's name ends with: the first word in brackets, or the word behind a space
+/// or an underscore. Nothing where it names none that is known.
+template <typename Value, size_t kCount>
+std::optional<Value> UnitOf(std::string_view name, const Unit<Value> (&units)[kCount]) {
+  std::string_view text = name;
+  if (const size_t bracket = text.find_first_of("[({"); bracket != std::string_view::npos) {
+    text.remove_prefix(bracket + 1);
+    text = text.substr(0, text.find_first_of("])} "));
+  } else if (const size_t gap = text.find_last_of(" _"); gap != std::string_view::npos) {
+    text.remove_prefix(gap + 1);
+  } else {
+    return std::nullopt;
   }
-  for (const auto& [suffix, places] : kUnits) {
-    if (unit.size() <= suffix.size() || !unit.ends_with(suffix)) continue;
-    const char before = unit[unit.size() - suffix.size() - 1];
-    if (std::string_view("[({_ ").find(before) != std::string_view::npos) return places;
+  for (const Unit<Value>& unit : units) {
+    if (text == unit.name || text == std::string(unit.name) + "s") return unit.value;
   }
   return std::nullopt;
 }
@@ -85,9 +101,10 @@ std::optional<Columns> ColumnsOfHead(std::string_view line) {
       longitude = i;
     } else if (!altitude && StartsWithAny(name, {"alt", "ele", "height", "hgt"})) {
       altitude = i;
+      columns.altitude_unit_m = UnitOf(name, kMetres).value_or(1);
     } else if (!time && name.find("time") != std::string::npos) {
       time = i;
-      columns.places_of_second = PlacesOfSecond(name);
+      columns.places_of_second = UnitOf(name, kPlacesOfSecond);
     }
   }
   if (!latitude || !longitude || !time) return std::nullopt;
@@ -118,7 +135,8 @@ std::optional<GeoFix> ParseFix(const Fields& fields, const Columns& columns,
              ParseFinite(fields[columns.longitude], where, "longitude"), std::nullopt};
   if (columns.altitude && *columns.altitude < fields.size() &&
       !IsAbsent(fields[*columns.altitude])) {
-    fix.altitude_m = ParseFinite(fields[*columns.altitude], where, "altitude");
+    fix.altitude_m =
+        columns.altitude_unit_m * ParseFinite(fields[*columns.altitude], where, "altitude");
   }
   return fix;
 }
@@ -177,6 +195,8 @@ std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file) {
   std::vector<TimedFix> fixes;
   const auto take = [&fixes](const TimedFix& timed, const std::string& where) {
     CheckOnGlobe(timed.fix, where);
+    if (timed.fix.latitude_deg == 0 && timed.fix.longitude_deg == 0)
+      return;  // What receivers write before the first fix.
     if (!fixes.empty() && timed.time < fixes.back().time) {
       throw Error("{}: the time lies {} s before that of the fix before: expected growing times",
                   where, SecondsBetween(timed.time, fixes.back().time));

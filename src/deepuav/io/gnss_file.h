@@ -25,7 +25,8 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// ("#timestamp [ns],latitude [deg],longitude [deg],altitude [m],..."); without names they are
 /// time, latitude, longitude and, if there is a fourth, altitude. Times are ISO 8601 or a number in
 /// the unit the name gives (s, ms, us, ns), without one in seconds, or nanoseconds where too large
-/// for these. A line without latitude or with NaN is a moment without fix and left out.
+/// for these; altitudes in metres unless their name says feet. A line without latitude, with NaN or
+/// with latitude and longitude 0 is a moment without fix and left out.
 ///
 /// GPX: all points of all tracks, which must have times.
 ///

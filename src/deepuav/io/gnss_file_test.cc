@@ -60,6 +60,31 @@ TEST_F(GnssFileTest, SmallNanosecondsAreNotTakenForSeconds) {
   EXPECT_EQ(ReadGnssFile(file)[1].time.nanoseconds, 200000000);
 }
 
+TEST_F(GnssFileTest, ReadsUnitsInWords) {
+  const auto file =
+      Write("log.csv",
+            "time(millisecond),datetime(utc),latitude,longitude,height_above_takeoff(feet)\n"
+            "100,2024-05-01 10:00:00,47,8,100\n200,2024-05-01 10:00:00,47,8,\n");
+  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  ASSERT_EQ(fixes.size(), 2u);
+  EXPECT_EQ(fixes[0].time.nanoseconds, 100000000);
+  EXPECT_DOUBLE_EQ(*fixes[0].fix.altitude_m, 30.48);
+  for (const char* name :
+       {"altitude [m AMSL]", "alt_m", "Elevation (metres)", "alt", "height_wgs84"}) {
+    const auto other =
+        Write("other.csv", fmt::format("Time (Seconds),lat,lon,{}\n2,47,8,100\n", name));
+    EXPECT_EQ(ReadGnssFile(other)[0].fix.altitude_m, 100) << name;
+    EXPECT_EQ(ReadGnssFile(other)[0].time.nanoseconds, 2000000000) << name;
+  }
+}
+
+TEST_F(GnssFileTest, ZerosAreNoFix) {
+  const auto csv = Write("log.csv", "time,lat,lon\n0,0,0\n1,0.0,0.0\n2,47,8\n3,0,8\n");
+  EXPECT_EQ(ReadGnssFile(csv).size(), 2u);
+  EXPECT_EQ(ReadGnssFile(csv)[0].fix.latitude_deg, 47);
+  EXPECT_THAT(ErrorOf("none.csv", "time,lat,lon\n0,0,0\n"), HasSubstr("no position fix"));
+}
+
 TEST_F(GnssFileTest, FindsColumnsByNameInAnyOrderAndUnit) {
   const auto file = Write("log.csv", "Lon, LAT , height_m, time_ms, quality\n8,47,,1500.5,4\n");
   EXPECT_TRUE(IsGnssFile(file));

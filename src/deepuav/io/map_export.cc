@@ -4,10 +4,11 @@
 
 namespace deepuav {
 
-Trajectory KeyframeTrajectory(const Map& map) {
+Trajectory KeyframeTrajectory(const Map& map, KeyframeId first) {
   Trajectory trajectory;
   trajectory.reserve(static_cast<size_t>(map.KeyframeCount()));
   map.keyframes().ForEach([&](const Keyframe& keyframe) {
+    if (keyframe.id < first) return;
     trajectory.push_back({keyframe.frame.time, keyframe.cam_from_world.Inverse()});
   });
   std::stable_sort(trajectory.begin(), trajectory.end(),

@@ -8,8 +8,8 @@
 
 namespace deepuav {
 
-/// The keyframes' poses by growing time.
-Trajectory KeyframeTrajectory(const Map& map);
+/// The poses of the keyframes from `first` on, by growing time.
+Trajectory KeyframeTrajectory(const Map& map, KeyframeId first = {0});
 
 /// The landmarks by id, in the map's world. Grey: a map holds no colours.
 std::vector<ColoredPoint> LandmarkPoints(const Map& map);

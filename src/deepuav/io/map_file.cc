@@ -123,6 +123,13 @@ class AtlasReader {
 
 }  // namespace
 
+std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
+  std::map<MapId, int64_t> numbers;
+  for (const MapId map : atlas.Remaining())
+    numbers.emplace(map, static_cast<int64_t>(numbers.size()));
+  return numbers;
+}
+
 void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,
                   const MapOrigin& origin) {
   SectionWriter sections(file, kMagic, kVersion);

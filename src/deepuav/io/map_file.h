@@ -26,6 +26,9 @@ struct MapFileFacts {
   std::map<std::string, SectionTally> sections;  ///< By kind.
 };
 
+/// By the atlas's maps, their numbers in its file: 0, 1, ... of those that remain.
+std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas);
+
 /// Writes all that is needed to go on with the maps, bit for bit, in the format of
 /// docs/map-format.md, atomically. Throws Error naming the file.
 void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,

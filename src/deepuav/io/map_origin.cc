@@ -22,8 +22,7 @@ std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
 
 }  // namespace
 
-void NameImages(const Atlas& atlas, const Dataset& dataset,
-                std::map<KeyframeId, std::string>* image_names) {
+void NameImages(const Atlas& atlas, const Dataset& dataset, ImageNames* image_names) {
   for (const MapId id : atlas.Remaining()) {
     atlas.At(id).keyframes().ForEach([&](const Keyframe& keyframe) {
       if (image_names->contains(keyframe.id)) return;

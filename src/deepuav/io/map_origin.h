@@ -8,17 +8,19 @@
 
 namespace deepuav {
 
+/// File names without their folders.
+using ImageNames = std::map<KeyframeId, std::string>;
+
 /// What made the maps of a file, and of which images.
 struct MapOrigin {
   std::string program;   ///< Version of the program that wrote the file.
   std::string features;  ///< The extractor's description: which network, with its SHA-256.
   std::string matcher;   ///< The matcher's description.
-  std::map<KeyframeId, std::string> image_names;  ///< File names without their folders.
+  ImageNames image_names;
 };
 
 /// Names the images of the atlas's keyframes that have no name yet, by their times in the dataset
 /// they come from. Those that are not in it stay without.
-void NameImages(const Atlas& atlas, const Dataset& dataset,
-                std::map<KeyframeId, std::string>* image_names);
+void NameImages(const Atlas& atlas, const Dataset& dataset, ImageNames* image_names);
 
 }  // namespace deepuav

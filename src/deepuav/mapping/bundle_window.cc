@@ -85,6 +85,7 @@ BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole*
     report = AdjustBundle(&window.problem, options, stop);
     *pinhole = window.problem.pinhole;
     WriteBack(window, map);
+    if (stop && stop()) break;  // What is not yet adjusted tells no outliers.
     RemoveOutliers(report, window, map);
   }
   for (LandmarkId id : LandmarksSeenBy(*map, free)) map->UpdateViewRange(id);

@@ -123,6 +123,21 @@ TEST_F(AdjustWindowTest, StopsWhenAsked) {
   EXPECT_LE(CentreError(made_.keyframes[5]), before + 1e-9);
 }
 
+TEST_F(AdjustWindowTest, AStoppedOneTakesNothingForAnOutlier) {
+  const auto observations = [this] {
+    size_t count = 0;
+    made_.map.landmarks().ForEach([&](const Landmark& l) { count += l.observations.size(); });
+    return count;
+  };
+  const size_t before = observations();
+  Pinhole pinhole = world_.world().pinhole;
+  pinhole.fx = pinhole.fy = 1.2 * pinhole.fx;
+  AdjustMap(&made_.map, &pinhole, {}, [] { return true; });
+  EXPECT_EQ(observations(), before);
+  AdjustMap(&made_.map, &pinhole, {}, [] { return false; });
+  EXPECT_LT(observations(), before);
+}
+
 /// Cameras around landmarks, whose turns tell the focal length.
 SyntheticMap MapAllAround(double focal_error) {
   Random random(5);

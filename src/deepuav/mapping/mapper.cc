@@ -13,6 +13,8 @@ void MappingOptions::Check() const {
   CheckOption(min_young_observations >= 2, "mapping.min_young_observations", min_young_observations,
               "at least 2");
   CheckOption(window_keyframes >= 2, "mapping.window_keyframes", window_keyframes, "at least 2");
+  CheckOption(min_start_ratio >= 0 && min_start_ratio <= 1, "mapping.min_start_ratio",
+              min_start_ratio, "0 to 1");
   CheckOption(redundant_ratio > 0, "mapping.redundant_ratio", redundant_ratio, "above 0");
   CheckOption(substitute_ratio >= 0 && substitute_ratio <= 1, "mapping.substitute_ratio",
               substitute_ratio, "0 to 1");
@@ -31,6 +33,22 @@ Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas
   options_.Check();
 }
 
+void Mapper::Resume() {
+  young_.clear();
+  for (const MapId map_id : atlas_->Remaining()) {
+    const Map& map = atlas_->At(map_id);
+    std::vector<KeyframeId> keyframes;
+    map.keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(keyframe.id); });
+    std::sort(keyframes.begin(), keyframes.end());
+    map.landmarks().ForEach([&](const Landmark& landmark) {
+      const auto later = keyframes.end() -
+                         std::upper_bound(keyframes.begin(), keyframes.end(), landmark.created_by);
+      if (later <= options_.young_keyframes)
+        young_[map_id].push_back({landmark.id, static_cast<int>(later)});
+    });
+  }
+}
+
 std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& request) {
   const StageScope stage(stages_, "start map");
   Map map(atlas_->NextMap());
@@ -47,23 +65,23 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   map.ConnectToParent(second, first);
   AdjustWindow(&map, {first, second}, camera_.pinhole, options_.global_bundle);
   const double depth = map.MedianDepth(first);
-  if (!(depth > 0)) return nullptr;
+  const auto proposed = static_cast<double>(request.points.size());
+  if (!(depth > 0) || map.LandmarkCount() < options_.min_start_ratio * proposed) return nullptr;
   map.Rescale(1 / depth);
-  std::vector<LandmarkId>& young = young_[map.id()];
-  map.landmarks().ForEach([&young](const Landmark& landmark) { young.push_back(landmark.id); });
+  std::vector<YoungLandmark>& young = young_[map.id()];
+  map.landmarks().ForEach([&young](const Landmark& landmark) { young.push_back({landmark.id}); });
   return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
 }
 
 std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& request) {
   Map& map = atlas_->At(request.map);
   const KeyframeId keyframe = AddKeyframe(request, &map);
-  CullYoungLandmarks(keyframe, &map);
+  CullYoungLandmarks(&map);
   {
     const StageScope stage(stages_, "create landmarks");
     const auto created =
         CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
-    std::vector<LandmarkId>& young = young_[map.id()];
-    young.insert(young.end(), created.begin(), created.end());
+    for (const LandmarkId landmark : created) young_[map.id()].push_back({landmark});
   }
   {
     const StageScope stage(stages_, "fuse");
@@ -93,27 +111,27 @@ KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
   return id;
 }
 
-void Mapper::CullYoungLandmarks(KeyframeId newest, Map* map) {
+void Mapper::CullYoungLandmarks(Map* map) {
   const StageScope stage(stages_, "cull landmarks");
-  std::vector<LandmarkId> still_young;
-  for (LandmarkId id : TakeYoung(*map)) {
+  std::vector<YoungLandmark> still_young;
+  for (const auto& [id, age_before] : TakeYoung(*map)) {
     if (!map->Contains(id)) continue;
     const Landmark& landmark = map->At(id);
-    const auto age = newest.value - landmark.created_by.value;
+    const int age = age_before + 1;
     if (landmark.found < options_.min_found_ratio * landmark.visible) {
       map->RemoveLandmark(id);
     } else if (age >= options_.young_keyframes &&
                static_cast<int>(landmark.observations.size()) < options_.min_young_observations) {
       map->RemoveLandmark(id);
     } else if (age <= options_.young_keyframes) {
-      still_young.push_back(id);
+      still_young.push_back({id, age});
     }
   }
   young_[map->id()] = std::move(still_young);
 }
 
-std::vector<LandmarkId> Mapper::TakeYoung(const Map& map) {
-  std::vector<LandmarkId> taken;
+std::vector<Mapper::YoungLandmark> Mapper::TakeYoung(const Map& map) {
+  std::vector<YoungLandmark> taken;
   for (auto entry = young_.begin(); entry != young_.end();) {
     if (atlas_->Current(entry->first) == map.id()) {
       taken.insert(taken.end(), entry->second.begin(), entry->second.end());
@@ -122,7 +140,8 @@ std::vector<LandmarkId> Mapper::TakeYoung(const Map& map) {
       ++entry;
     }
   }
-  std::sort(taken.begin(), taken.end());
+  std::sort(taken.begin(), taken.end(),
+            [](const YoungLandmark& a, const YoungLandmark& b) { return a.id < b.id; });
   return taken;
 }
 

@@ -31,6 +31,8 @@ struct MappingOptions {
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
+  double min_start_ratio =
+      0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
   BundleOptions local_bundle{.max_iterations = 8};
   BundleOptions global_bundle{.max_iterations = 30, .min_relative_decrease = 1e-6};
 
@@ -50,6 +52,8 @@ struct MappingOptions {
           "other keyframes that must see these landmarks");
     visit("substitute_ratio", substitute_ratio, "",
           "share of a redundant keyframe's landmarks that one other keyframe must see");
+    visit("min_start_ratio", min_start_ratio, "",
+          "share of a new map's landmarks that must outlast its first adjustment");
   }
 };
 
@@ -58,6 +62,10 @@ class Mapper {
  public:
   /// `atlas` and `stages` (may be null) must outlive it.
   Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages);
+
+  /// To be called when the atlas was filled from elsewhere: finds the landmarks that have not
+  /// proved themselves yet.
+  void Resume();
 
   /// Starts a new map, with the median depth of its first view as the unit of length. Nothing when
   /// the two views do not hold as a map once adjusted.
@@ -80,10 +88,15 @@ class Mapper {
                       const std::function<bool()>& stop = nullptr);
 
  private:
+  struct YoungLandmark {
+    LandmarkId id;
+    int age_keyframes = 0;  ///< Of its map, after the one that created it.
+  };
+
   KeyframeId AddKeyframe(const KeyframeRequest& request, Map* map);
-  void CullYoungLandmarks(KeyframeId newest, Map* map);
+  void CullYoungLandmarks(Map* map);
   /// The young landmarks of a map and of those merged into it, in the order of their creation.
-  std::vector<LandmarkId> TakeYoung(const Map& map);
+  std::vector<YoungLandmark> TakeYoung(const Map& map);
   void AdjustLocally(KeyframeId newest, Map* map);
   void CullKeyframes(KeyframeId newest, Map* map);
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
@@ -92,7 +105,7 @@ class Mapper {
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;
-  std::map<MapId, std::vector<LandmarkId>> young_;  ///< By the map that they were created in.
+  std::map<MapId, std::vector<YoungLandmark>> young_;  ///< By the map that they were created in.
 };
 
 }  // namespace deepuav

@@ -281,6 +281,55 @@ TEST_F(MapperTest, CullsTheYoungOfAMapThatGoesOnAfterAnother) {
   EXPECT_LT(kept(), static_cast<long>(young.size()) / 10) << "hardly ever found again";
 }
 
+TEST_F(MapperTest, YoungLandmarksAgeByKeyframesOfTheirOwnMap) {
+  auto local_map = Start();
+  ASSERT_TRUE(local_map);
+  std::vector<LandmarkId> young;
+  atlas_.At(MapId{0}).landmarks().ForEach([&](const Landmark& l) { young.push_back(l.id); });
+  ASSERT_TRUE(mapper_.StartMap(FirstViews(20, 22)));
+  KeyframeRequest request = Request(2, *local_map);
+  request.matches.resize(request.matches.size() / 2);
+  request.views.resize(request.matches.size());
+  mapper_.InsertKeyframe(request);
+  const Map& first = atlas_.At(MapId{0});
+  int seen_twice = 0;
+  for (LandmarkId id : young) {
+    ASSERT_TRUE(first.Contains(id) || first.Current(id)) << "one keyframe later";
+    const auto current = first.Current(id);
+    seen_twice += current && first.At(*current).observations.size() == 2;
+  }
+  EXPECT_GT(seen_twice, 10);
+}
+
+TEST_F(MapperTest, LandmarksOfALoadedMapAreStillYoung) {
+  auto local_map = Start();
+  ASSERT_TRUE(local_map);
+  std::vector<LandmarkId> young;
+  map().landmarks().ForEach([&](const Landmark& l) { young.push_back(l.id); });
+  for (LandmarkId id : young) atlas_.At(MapId{0}).CountViews(id, 100, 0);
+  Mapper later(world_.camera(), options_, &atlas_, nullptr);
+  later.Resume();
+  KeyframeRequest request = Request(2, *local_map);
+  request.views.clear();
+  later.InsertKeyframe(request);
+  const auto kept =
+      std::count_if(young.begin(), young.end(), [&](LandmarkId id) { return map().Contains(id); });
+  EXPECT_LT(kept, static_cast<long>(young.size()) / 10) << "hardly ever found again";
+}
+
+TEST_F(MapperTest, AStartOfWhichLittleIsLeftIsNone) {
+  InitialMapRequest request = FirstViews(0, 1);
+  ASSERT_GT(request.points.size(), 50u);
+  const std::vector<InitialMapRequest::Point> right = request.points;
+  for (size_t i = 0; 10 * i < 7 * right.size(); ++i)
+    request.points[i].keypoint_second = right[(i + 17) % right.size()].keypoint_second;
+  std::map<int, int> uses;
+  std::erase_if(request.points,
+                [&](const auto& point) { return uses[point.keypoint_second]++ > 0; });
+  EXPECT_FALSE(mapper_.StartMap(request));
+  EXPECT_TRUE(atlas_.Remaining().empty());
+}
+
 TEST(MappingOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(MappingOptions().Check());
   EXPECT_THROW(OptionsWith(&MappingOptions::min_found_ratio, 1.5).Check(), Error);

@@ -104,6 +104,7 @@ LoopCloser* Slam::MakeLoopCloser() {
 
 void Slam::Load(Atlas atlas) {
   atlas_ = std::move(atlas);
+  mapper_.Resume();
   if (!loop_closer_) return;
   for (MapId map : atlas_.Remaining()) {
     atlas_.At(map).keyframes().ForEach(
@@ -130,7 +131,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     FrameFeed* feed = prefetching ? static_cast<FrameFeed*>(&*prefetching) : &sequential;
     ProcessAll(feed, mapping.get(), live, progress, stop, &result);
   }
-  Finish(&result);
+  Finish(stop, &result);
   result.skipped_late = live_images.skipped();
   result.relocalisations = relocalisations_;
   result.closed_loops = back_end_.closed_loops();
@@ -283,6 +284,7 @@ void Slam::AdjustAll(const std::function<bool()>& stop) {
     const bool refine = options_.refine_focal && camera_.distortion.empty() && map == maps.front();
     mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
+    if (stop()) break;
   }
 }
 
@@ -301,10 +303,14 @@ void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<Frame
       .Finish(records, stop);
 }
 
-void Slam::Finish(SlamResult* result) {
-  const Stopwatch since_end;
+void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) {
+  Stopwatch since_stop;
   const std::function<bool()> stop = [&] {
-    return result->stopped && since_end.Seconds() > options_.finish_stopped_s;
+    if (!result->stopped && asked_to_stop && asked_to_stop()) {
+      result->stopped = true;
+      since_stop = {};
+    }
+    return result->stopped && since_stop.Seconds() > options_.finish_stopped_s;
   };
   const auto attempt = [result](const auto& step) {
     try {

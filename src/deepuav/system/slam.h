@@ -148,7 +148,7 @@ class Slam {
   void ThinOld(std::vector<FrameRecord>* records) const;
   void AdjustAll(const std::function<bool()>& stop);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
-  void Finish(SlamResult* result);
+  void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
 
   Camera camera_;

@@ -204,6 +204,22 @@ TEST(Slam, FinishesAStoppedRunInTheTimeThatItHas) {
   EXPECT_GT(online, 20);
 }
 
+TEST(Slam, CanBeStoppedWhileItFinishes) {
+  constexpr int kFrames = 40;
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(kFrames), kNoise, 6);
+  SystemOptions options;
+  options.finish_stopped_s = 0;
+  int64_t told = 0;
+  int asked_at_the_end = 0;
+  const Outcome run = Fly(
+      flight, Schedule::kSequential, options, [&told](const FrameRecord&) { ++told; },
+      [&] { return told == kFrames && ++asked_at_the_end > 1; });  // once more by the frames' loop
+  EXPECT_EQ(run.result.failure, "");
+  EXPECT_EQ(run.result.frames.size(), static_cast<size_t>(kFrames));
+  EXPECT_TRUE(run.result.stopped);
+  EXPECT_LT(Located(run.result), kFrames) << "those before the map began";
+}
+
 TEST(Slam, LiveSkipsAndCountsWhatComesTooFast) {
   SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 7);
   flight.frame_interval_s = 0.001;

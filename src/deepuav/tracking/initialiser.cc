@@ -87,26 +87,29 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
   const std::vector<Match> second_to_third =
       matcher_->MatchFeatures(*candidate_->second.features, *third.features);
   const TwoViewSolution* best = nullptr;
-  int best_count = 0, second_count = 0;
+  Confirmation of_best;
+  int second_count = 0;
   for (const TwoViewSolution& solution : candidate_->result.solutions) {
-    int matched = 0;
-    const int confirmed = CountConfirmed(solution, third, second_to_third, &matched);
-    if (confirmed < options_.min_confirmed || confirmed < options_.min_confirmed_ratio * matched)
+    const Confirmation found = ConfirmBy(solution, third, second_to_third);
+    if (found.confirmed < options_.min_confirmed ||
+        found.confirmed < options_.min_confirmed_ratio * found.matched)
       continue;
-    if (confirmed > best_count) {
-      second_count = best_count;
-      best_count = confirmed;
+    if (found.confirmed > of_best.confirmed) {
+      second_count = of_best.confirmed;
+      of_best = found;
       best = &solution;
     } else {
-      second_count = std::max(second_count, confirmed);
+      second_count = std::max(second_count, found.confirmed);
     }
   }
-  if (!best || best_count < options_.min_lead * second_count) return std::nullopt;
+  if (!best || !of_best.far_enough) return std::nullopt;
+  if (of_best.confirmed < options_.min_lead * second_count) return std::nullopt;
   return MakeRequest(*best);
 }
 
-int Initialiser::CountConfirmed(const TwoViewSolution& solution, const Frame& third,
-                                const std::vector<Match>& second_to_third, int* matched) const {
+Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution,
+                                                 const Frame& third,
+                                                 const std::vector<Match>& second_to_third) const {
   std::vector<int> pair_of_keypoint(candidate_->second.features->keypoints.size(), -1);
   for (size_t i = 0; i < candidate_->matches.size(); ++i) {
     if (solution.valid[i])
@@ -120,15 +123,16 @@ int Initialiser::CountConfirmed(const TwoViewSolution& solution, const Frame& th
     observations.push_back({solution.points_a[static_cast<size_t>(pair)],
                             keypoint.px.cast<double>(), keypoint.sigma_px});
   }
-  *matched = static_cast<int>(observations.size());
+  Confirmation confirmation{.matched = static_cast<int>(observations.size())};
   const auto robust = EstimateAbsolutePose(
       pinhole_, observations, static_cast<uint64_t>(third.id.value), options_.absolute_pose);
-  if (!robust) return 0;
+  if (!robust) return confirmation;
   const MotionOnlyResult refined =
       OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{});
   const SE3 third_from_second = refined.cam_from_world * solution.b_from_a.Inverse();
-  if (third_from_second.translation().norm() < options_.third_parallax_ratio) return 0;
-  return refined.inlier_count;
+  confirmation.far_enough = third_from_second.translation().norm() >= options_.third_parallax_ratio;
+  confirmation.confirmed = refined.inlier_count;
+  return confirmation;
 }
 
 InitialMapRequest Initialiser::MakeRequest(const TwoViewSolution& solution) const {

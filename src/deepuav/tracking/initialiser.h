@@ -66,9 +66,15 @@ class Initialiser {
     TwoViewResult result;
   };
 
+  /// What a third view says of a solution.
+  struct Confirmation {
+    int matched = 0, confirmed = 0;  ///< Points.
+    bool far_enough = false;         ///< The third view from the second, to tell solutions apart.
+  };
+
   std::optional<InitialMapRequest> Confirm(const Frame& third);
-  int CountConfirmed(const TwoViewSolution& solution, const Frame& third,
-                     const std::vector<Match>& second_to_third, int* matched) const;
+  Confirmation ConfirmBy(const TwoViewSolution& solution, const Frame& third,
+                         const std::vector<Match>& second_to_third) const;
   void Propose(const Frame& second, std::string* waiting_for);
   InitialMapRequest MakeRequest(const TwoViewSolution& solution) const;
 
