@@ -25,14 +25,23 @@ std::optional<TimedImage> DatasetImages::Next() {
     const auto frame = static_cast<int>(next_);
     next_ += stride_;
     try {
-      return TimedImage{FrameId{(frame - start_) / stride_}, dataset_->Time(frame),
-                        dataset_->Load(frame)};
+      const Stopwatch decoding;
+      TimedImage image{FrameId{(frame - start_) / stride_}, dataset_->Time(frame),
+                       dataset_->Load(frame)};
+      image.decode_s = decoding.Seconds();
+      return image;
     } catch (const Error& error) {
       ++unreadable_;
       Log().warn("frame {} left out: {}", frame, error.what());
     }
   }
   return std::nullopt;
+}
+
+std::optional<Timestamp> DatasetImages::UpcomingTime(int ahead) const {
+  const int64_t frame = next_ + static_cast<int64_t>(ahead) * stride_;
+  if (frame >= end_) return std::nullopt;
+  return dataset_->Time(static_cast<int>(frame));
 }
 
 }  // namespace deepuav

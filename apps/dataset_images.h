@@ -21,6 +21,8 @@ class DatasetImages : public ImageSource {
   DatasetImages(Dataset* dataset, const FrameRange& range);
 
   std::optional<TimedImage> Next() override;
+  std::optional<Timestamp> UpcomingTime(int ahead) const override;
+  void Skip() override { next_ += stride_; }
   int count() const { return 1 + (end_ - start_ - 1) / stride_; }
   int unreadable() const { return unreadable_; }
 

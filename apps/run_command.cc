@@ -42,7 +42,25 @@ LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions
   return loaded;
 }
 
-void CheckNetwork(const std::string& file, const MapOrigin& origin, const Eyes& eyes) {
+/// Of the maps' descriptors; nothing where there are none.
+std::optional<int> DimensionOf(const Atlas& atlas) {
+  std::optional<int> dimension;
+  for (const MapId map : atlas.Remaining()) {
+    atlas.At(map).keyframes().ForEach(
+        [&](const Keyframe& keyframe) { dimension = keyframe.features().descriptors.dimension(); });
+  }
+  return dimension;
+}
+
+/// Throws Error where descriptors cannot be compared, warns where they may differ.
+void CheckNetwork(const std::string& file, const LoadedAtlas& loaded, const Eyes& eyes) {
+  const MapOrigin& origin = loaded.origin;
+  const int wanted = eyes.extractor().dimension(),
+            held = DimensionOf(loaded.atlas).value_or(wanted);
+  if (held != wanted) {
+    throw Error("{}: holds descriptors of dimension {}: expected {} as {} gives", file, held,
+                wanted, eyes.extractor().Description());
+  }
   if (origin.features == eyes.extractor().Description()) return;
   Log().warn("{}: made with {}, continued with {}: places may not be recognised", file,
              origin.features, eyes.extractor().Description());
@@ -70,13 +88,15 @@ void Run(const RunArguments& arguments) {
   RunOptions options;
   OptionRegistry registry;
   ReadOptions(arguments.options, &options, &registry);
+  options.system.localise_only |= arguments.localise_only;
+  if (options.system.localise_only && arguments.map.empty())
+    throw CLI::ValidationError("option system.localise_only: expected --map with it");
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
-  options.system.localise_only |= arguments.localise_only;
   if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
   std::optional<LoadedAtlas> loaded;
   if (!arguments.map.empty()) loaded = LoadMaps(arguments.map, *dataset, &options);
@@ -86,7 +106,7 @@ void Run(const RunArguments& arguments) {
   const MapOrigin origin = OriginOf(loaded, eyes, options.system.localise_only);
   KeyframeId first_new_keyframe{0};
   if (loaded) {
-    CheckNetwork(arguments.map, loaded->origin, eyes);
+    CheckNetwork(arguments.map, *loaded, eyes);
     first_new_keyframe.value = loaded->atlas.ids().keyframes;
     slam.Load(std::move(loaded->atlas));
   }

@@ -10,8 +10,12 @@ namespace deepuav {
 namespace {
 
 std::string DefaultCacheFolder() {
-  if (const char* cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/deepuav";
-  if (const char* home = std::getenv("HOME")) return std::string(home) + "/.cache/deepuav";
+  const auto folder = [](const char* variable) {  // set to nothing, it counts as not set
+    const char* text = std::getenv(variable);
+    return std::string(text ? text : "");
+  };
+  if (const std::string cache = folder("XDG_CACHE_HOME"); !cache.empty()) return cache + "/deepuav";
+  if (const std::string home = folder("HOME"); !home.empty()) return home + "/.cache/deepuav";
   return "";
 }
 
@@ -103,6 +107,10 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
       vocabulary_file_(options.places.vocabulary) {
   if (!NeedsVocabulary(options)) return;
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
+  if (vocabulary_->dimension() != extractor_.dimension()) {
+    throw Error("{}: is for descriptors of dimension {}: expected {} as {} gives", vocabulary_file_,
+                vocabulary_->dimension(), extractor_.dimension(), options.features.model);
+  }
   if (options.places.headings) {
     turned_.emplace(camera.width, camera.height, options.features.model, options.inference);
   }

@@ -70,8 +70,8 @@ void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
   const fs::path options_file = folder_ / "simulation.yaml";
   if (fs::exists(options_file) && ReadBytes(options_file, kMaxOptionsBytes) != options_yaml) {
     throw Error(
-        "{}: holds a flight of other options: expected the same ones, to go on with it, or another "
-        "folder",
+        "{}: holds a flight of other options: expected the same ones, to go on with it, another "
+        "folder, or this one removed",
         folder_.string());
   }
   for (const char* sensor : {"cam0", "depth0", "flow0"}) {

@@ -13,6 +13,8 @@ fi
 scripts/setup.sh --target deepuav
 mkdir -p out
 if [[ -z $dataset ]]; then
+  # A flight of an earlier program may be of other options.
+  if [[ out/demo/flight/simulation.yaml -ot build/deepuav ]]; then rm -rf out/demo/flight; fi
   exec build/deepuav demo --out out/demo
 fi
 build/deepuav run "$dataset" --out out/demo

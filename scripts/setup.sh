@@ -33,6 +33,11 @@ install_packages() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
+# The build is for x86-64-v3 there (DEEPUAV_ARCH); without AVX2 it would end in an illegal instruction.
+check_cpu() {
+  [[ $(uname -m) != x86_64 ]] || grep -qw avx2 /proc/cpuinfo || fail "this CPU has no AVX2: expected one of x86-64-v3"
+}
+
 # The wheel of OpenVINO carries its C++ headers, libraries and CMake files; its Python part is not used, so one wheel
 # serves whichever Python is installed.
 install_openvino() {
@@ -93,6 +98,7 @@ case $preset in
   *) fail "preset is '$preset': expected release, asan or tsan" 2 ;;
 esac
 
+check_cpu
 install_packages
 install_openvino
 if $build; then

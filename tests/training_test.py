@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The unit tests of training/, where its virtual environment is (scripts/test.sh --with-training); skipped without."""
+"""The unit tests of training/, where its virtual environment is whole and of the present requirements
+(scripts/test.sh --with-training makes it); skipped without."""
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,9 @@ ROOT = Path(__file__).resolve().parents[1]
 SKIPPED = 77
 
 if __name__ == "__main__":
-    python = ROOT / ".venv-training/bin/python"
-    if not python.exists():
-        print(f"skipped: no {python.relative_to(ROOT)}; scripts/test.sh --with-training makes it")
+    python, stamp = (ROOT / ".venv-training" / name for name in ("bin/python", ".requirements.txt"))
+    if not stamp.exists() or stamp.read_text() != (ROOT / "training/requirements.txt").read_text():
+        print("skipped: no .venv-training of the present requirements; scripts/test.sh --with-training makes it")
         sys.exit(SKIPPED)
     command = [python, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     sys.exit(subprocess.run(command, cwd=ROOT / "training").returncode)

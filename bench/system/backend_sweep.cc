@@ -116,6 +116,11 @@ class EmptyImages : public ImageSource {
     const int index = next_++;
     return TimedImage{FrameId{index}, TimeOf(index), {}};
   }
+  std::optional<Timestamp> UpcomingTime(int ahead) const override {
+    if (next_ + ahead >= part_.size()) return std::nullopt;
+    return TimeOf(next_ + ahead);
+  }
+  void Skip() override { ++next_; }
 
   /// Every repetition follows the one before at the distance of its first two frames.
   Timestamp TimeOf(int index) const {

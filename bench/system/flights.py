@@ -62,8 +62,9 @@ def run_once(name, seed, arguments):
     command = [DEEPUAV, "run", dataset, "--out", out, "--log-level", "info"]
     for assignment in arguments.set:
         command += ["--set", assignment]
+    (out / "summary.json").unlink(missing_ok=True)  # that of an earlier run
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    if done.returncode not in (0, 1):
+    if done.returncode not in (0, 1) or not (out / "summary.json").exists():
         raise SystemExit(f"flights.py: {' '.join(map(str, command))} failed: {done.stderr}")
     result = {"seed": seed, "render_s": render_s, "summary": json.loads((out / "summary.json").read_text()),
               "loops": len(LOOP.findall(done.stderr)), "recognised": len(RECOGNISED.findall(done.stderr)),

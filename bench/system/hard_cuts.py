@@ -54,7 +54,9 @@ def run_once(program, dataset, model, out, horizontal):
         command += ["--model", features]
     if features != model:
         command += ["--set", "matching.method=superglue"]
-    if subprocess.run(command, stdout=subprocess.DEVNULL).returncode not in (0, 1):
+    (out / "summary.json").unlink(missing_ok=True)  # that of an earlier run
+    status = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
+    if status not in (0, 1) or not (out / "summary.json").exists():
         raise SystemExit(f"hard_cuts.py: {' '.join(map(str, command))} failed")
     report = out / "eval.json"
     evaluated = subprocess.run([program, "eval", dataset, out / "trajectory.txt", "--json", report,

@@ -102,9 +102,10 @@ def run_program(arguments, dataset, out, schedule):
     for assignment in arguments.set:
         command += ["--set", assignment]
     out.mkdir(parents=True, exist_ok=True)
+    (out / "summary.json").unlink(missing_ok=True)  # that of an earlier run
     with (out / "log.txt").open("w") as log:
         status = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=log).returncode
-    if status not in (0, 1):
+    if status not in (0, 1) or not (out / "summary.json").exists():
         raise SystemExit(f"places.py: {' '.join(map(str, command))} ended with {status}: see {out}/log.txt")
     run = {"summary": json.loads((out / "summary.json").read_text()), "frames": read_frame_table(out / "frames.csv"),
            "events": [match.groupdict() for match in EVENT.finditer((out / "log.txt").read_text())]}

@@ -43,15 +43,25 @@ class NumberedImages : public ImageSource {
     GreyImage image(1, 2);
     image(0, 0) = static_cast<uint8_t>(number % 256);
     image(0, 1) = static_cast<uint8_t>(number / 256);
-    const auto nanoseconds = static_cast<int64_t>(1e9 * interval_s_ * number);
-    return TimedImage{FrameId{number}, Timestamp{nanoseconds}, image};
+    ++read_;
+    return TimedImage{FrameId{number}, TimeOf(number), image};
   }
+  std::optional<Timestamp> UpcomingTime(int ahead) const override {
+    if (next_ + ahead >= count_) return std::nullopt;
+    return TimeOf(next_ + ahead);
+  }
+  void Skip() override { ++next_; }
+  int read() const { return read_; }
 
  private:
+  Timestamp TimeOf(int number) const {
+    return Timestamp{static_cast<int64_t>(1e9 * interval_s_ * number)};
+  }
+
   const int count_;
   const double interval_s_;
   const int throws_at_;
-  int next_ = 0;
+  int next_ = 0, read_ = 0;
 };
 
 /// Gives the prepared features of a numbered image.

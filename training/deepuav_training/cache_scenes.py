@@ -6,6 +6,7 @@ Scenes that exist are kept, so the command can be stopped and started again at a
 """
 
 import argparse
+import dataclasses
 import functools
 import logging
 import time
@@ -15,6 +16,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from deepuav_training.cache_identity import claim, file_digest, photographs_identity
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.manifest import Photograph, read_manifest, split_photographs
 from deepuav_training.data.scenes import Scene, SceneConfig, make_scene
@@ -73,6 +75,15 @@ class SceneSource:
                           self._config.scene)
 
 
+def scene_identity(config: CacheConfig) -> dict:
+    """What decides over a scene of a number."""
+    labels = load_config(LabelConfig, config.labels)
+    return photographs_identity(labels.images, labels.split) | {
+        "seed": config.seed, "scene": dataclasses.asdict(config.scene),
+        "detection": dataclasses.asdict(config.detection),
+        "networks": [file_digest(file) for file in config.networks]}
+
+
 def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
     """An order in which the sources take turns, short ones from the start again."""
     rng = np.random.default_rng(seed)
@@ -86,6 +97,7 @@ def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
 
 def cache_scenes(config: CacheConfig) -> int:
     """Makes the scenes that do not exist yet; returns how many were made."""
+    claim(config.cache, scene_identity(config))
     source = SceneSource(config)
     networks = [Network(file, config.threads, config.precision) for file in config.networks]
     start, done = time.monotonic(), 0

@@ -2,10 +2,12 @@
 
     python -m deepuav_training.compare --config configs/comparison.yaml --out comparison
 
-Writes OUT.md and OUT.json; what OUT.json holds already is not measured again.
+Writes OUT.md and OUT.json; what OUT.json holds already, of the same files and settings, is not measured again.
 """
 
 import argparse
+import dataclasses
+import hashlib
 import json
 import logging
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ from pathlib import Path
 
 import cv2
 
+from deepuav_training.cache_identity import file_digest, photographs_identity
 from deepuav_training.config import check_field, from_mapping, load_config
 from deepuav_training.evaluate import SETS, format_row, held_out, measure_sets
 from deepuav_training.evaluate_poses import (choose_pairs, format_cell, measure_poses,
@@ -65,7 +68,7 @@ class Comparison:
     def measure(self, method_config: MethodConfig, points: int) -> None:
         """Fills in a method's lines of the tables, unless they are there."""
         c = self._config
-        keys = {name: line_key(method_config.name, points, name) for name in c.estimators}
+        keys = {name: line_key(method_config, c, points, name) for name in c.estimators}
         if all(key in self.results for key in keys.values()):
             return
         method = build_method(method_config,
@@ -88,15 +91,23 @@ class Comparison:
                  "repeatability (R) at 3 px, points (N); poses AUC@5/10/20 degrees (matches)", "",
                  f"| method | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
         for method in methods:
-            figures = self.results[line_key(method.name, points, estimator)]
+            figures = self.results[line_key(method, self._config, points, estimator)]
             cells = [format_cell(figures[name]) for name in self._sequences]
             lines.append(f"{format_row(method.name, figures)} {' | '.join(cells)} |")
         return "\n".join(lines)
 
 
-def line_key(name: str, points: int, estimator: str) -> str:
-    """Names a line of the tables in the file of figures."""
-    return f"{name}, {points} points, {estimator}"
+def line_key(method: MethodConfig, config: ComparisonConfig, points: int, estimator: str) -> str:
+    """Names a line of the tables in the file of figures, and by a digest what it was measured with."""
+    made_of = dataclasses.asdict(method) | {
+        name: getattr(config, name) for name in ("sequences", "homography_pairs", "pose_pairs",
+                                                 "threshold", "long_side", "seed", "precision")}
+    for name in ("model", "second_model", "matcher_model"):
+        made_of[name] = file_digest(made_of[name]) if made_of[name] else ""
+    labels = load_config(LabelConfig, config.labels)
+    made_of |= photographs_identity(labels.images, labels.split)
+    digest = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
+    return f"{method.name}, {points} points, {estimator}, {digest}"
 
 
 def main() -> None:
@@ -107,6 +118,7 @@ def main() -> None:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
     config = load_config(ComparisonConfig, arguments.config)
     cv2.setNumThreads(config.threads)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
     methods = config.method_configs(arguments.config)
     comparison = Comparison(config, arguments.out.with_suffix(".json"))
     tables = []

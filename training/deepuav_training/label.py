@@ -7,6 +7,7 @@ makes use of two cores.
 """
 
 import argparse
+import dataclasses
 import logging
 import time
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from deepuav_training.adaptation import AdaptationConfig, adapt
+from deepuav_training.cache_identity import claim, file_digest, photographs_identity
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.homography import warp_image
 from deepuav_training.data.manifest import SplitConfig, read_manifest, split_photographs
@@ -46,6 +48,13 @@ def training_views(config: LabelConfig) -> list[View]:
     return list_views(training, config.views, config.images)
 
 
+def label_identity(config: LabelConfig) -> dict:
+    """What decides which view a number stands for."""
+    views = dataclasses.asdict(config.views)
+    del views["count"]  # more are added behind
+    return photographs_identity(config.images, config.split) | {"views": views}
+
+
 def part_of(views: list[View], part: str) -> list[View]:
     """Of the views, every n-th from the k-th on, where `part` is "k/n"."""
     numbers = part.split("/")
@@ -59,6 +68,9 @@ def part_of(views: list[View], part: str) -> list[View]:
 
 def label_views(config: LabelConfig, views: list[View]) -> int:
     """Labels the views that have no labels yet; returns how many were labelled."""
+    claim(config.cache, label_identity(config) | {
+        "teacher": file_digest(config.teacher),
+        "adaptation": dataclasses.asdict(config.adaptation), "seed": config.seed})
     teacher = Network(config.teacher, config.threads, config.precision)
     start, done = time.monotonic(), 0
     for view in views:

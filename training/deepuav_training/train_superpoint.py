@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from deepuav_training.cache_identity import claim
 from deepuav_training.checkpoint import TrainingState, start_from
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.pairs import PairConfig, PairSource, Sample
-from deepuav_training.label import LabelConfig, training_views
+from deepuav_training.label import LabelConfig, label_identity, training_views
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
 from deepuav_training.models.superpoint_large import LargeSuperPoint
@@ -162,6 +163,7 @@ def main() -> None:
     config = load_config(TrainConfig, arguments.config)
     start_run(config, arguments)
     labels = load_config(LabelConfig, config.labels)
+    claim(labels.cache, label_identity(labels))
     views = training_views(labels)
     source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
     _LOG.info("%d of %d views labelled", len(source), len(views))

@@ -81,6 +81,12 @@ def learning_rate(progress: float, config: RunConfig) -> float:
     return config.learning_rate * (0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * min(along, 1.0))))
 
 
+def next_moment(clock: str, now: datetime.datetime) -> datetime.datetime:
+    """When it is HH:MM next: today, or tomorrow where that has passed."""
+    moment = datetime.datetime.combine(now.date(), datetime.time.fromisoformat(clock))
+    return moment if moment > now else moment + datetime.timedelta(days=1)
+
+
 class Pace:
     """Moves the schedule on: by the number of steps, or so that it ends at a time of the day."""
 
@@ -88,9 +94,7 @@ class Pace:
         """`until` as HH:MM; a run bound to the clock cannot be repeated exactly."""
         self._steps, self._until, self._last = steps, None, time.time()
         if until:
-            at = datetime.time.fromisoformat(until)
-            moment = datetime.datetime.combine(datetime.date.today(), at)
-            self._until = moment.timestamp()
+            self._until = next_moment(until, datetime.datetime.now()).timestamp()
 
     def advance(self, progress: float) -> float:
         """The schedule's share (0..1) that is done after one more step."""
@@ -124,18 +128,18 @@ def train(state: TrainingState, objective: Objective, config: RunConfig, pace: P
     stop = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.append(True))
-    sums, since, saved = {}, time.monotonic(), time.monotonic()
+    sums, steps, since, saved = {}, 0, time.monotonic(), time.monotonic()
     while state.progress < 1 and not stop:
         for name, value in train_step(state, objective, config).items():
             sums[name] = sums.get(name, 0.0) + value
+        steps += 1
         state.progress = pace.advance(state.progress)
         if state.step % config.log_steps == 0:
             now = time.monotonic()
-            means = " ".join(f"{name} {total / config.log_steps:.4f}"
-                             for name, total in sums.items())
+            means = " ".join(f"{name} {total / steps:.4f}" for name, total in sums.items())
             _LOG.info("step %d (%.1f %%) %s, %.1f pairs/s", state.step, 100 * state.progress,
-                      means, config.batch * config.log_steps / (now - since))
-            sums, since = {}, now
+                      means, config.batch * steps / (now - since))
+            sums, steps, since = {}, 0, now
         if time.monotonic() - saved > config.checkpoint_s:
             save_checkpoint(checkpoint, state)
             saved = time.monotonic()

@@ -3,6 +3,7 @@ import pytest
 
 from deepuav_training.adaptation import AdaptationConfig, adapt
 from deepuav_training.config import from_mapping
+from deepuav_training.cache_identity import claim
 from deepuav_training.data.homography import translation_matrix
 from deepuav_training.data.manifest import Photograph, SplitConfig, split_photographs
 from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, known_cells
@@ -68,6 +69,16 @@ def test_parts_share_the_views_evenly():
 def test_a_part_that_is_none_is_named(part):
     with pytest.raises(TrainingError, match=f"--part.*{part}"):
         part_of([], part)
+
+
+def test_a_cache_of_other_photographs_is_refused(tmp_path):
+    claim(tmp_path / "cache", {"split": {"places": ("a", "b")}, "seed": 1})
+    claim(tmp_path / "cache", {"split": {"places": ("a", "b")}})
+    claim(tmp_path / "cache", {"split": {"places": ("a", "b")}, "teacher": "x"})
+    with pytest.raises(TrainingError, match=f"{tmp_path}/cache.*seed 1.*2"):
+        claim(tmp_path / "cache", {"seed": 2})
+    with pytest.raises(TrainingError, match="split"):
+        claim(tmp_path / "cache", {"split": {"places": ("a",)}})
 
 
 def test_cached_labels_come_back(tmp_path):

@@ -1,4 +1,5 @@
 import json
+from dataclasses import asdict, replace
 
 import cv2
 import numpy as np
@@ -128,13 +129,25 @@ def test_comparison_fills_tables_and_keeps_figures(photographs):
     comparison = Comparison(config, kept)
     (method,) = config.method_configs("")
     comparison.measure(method, 100)
-    figures = json.loads(kept.read_text())[line_key("SIFT", 100, "ransac")]
+    keys = {name: line_key(method, config, 100, name) for name in config.estimators}
+    figures = json.loads(kept.read_text())[keys["ransac"]]
     assert set(figures) == set(SETS) and figures["easy"]["AUC@5"] > 50
     assert "| SIFT |" in comparison.table([method], 100, "lo-ransac")
 
     figures["easy"]["AUC@5"] = -1.0
-    kept.write_text(json.dumps({line_key("SIFT", 100, name): figures
-                                for name in config.estimators}))
+    kept.write_text(json.dumps({key: figures for key in keys.values()}))
     again = Comparison(config, kept)
     again.measure(method, 100)  # nothing is missing
-    assert again.results[line_key("SIFT", 100, "ransac")]["easy"]["AUC@5"] == -1
+    assert again.results[keys["ransac"]]["easy"]["AUC@5"] == -1
+
+
+def test_figures_of_another_network_or_setting_are_not_taken(photographs):
+    network = photographs / "network.onnx"
+    network.write_bytes(b"first")
+    method = MethodConfig("net", model=str(network))
+    config = ComparisonConfig(methods=(asdict(method),), labels=str(photographs / "labels.yaml"))
+    key = line_key(method, config, 100, "ransac")
+    assert key == line_key(method, config, 100, "ransac")
+    assert key != line_key(method, replace(config, seed=12), 100, "ransac")
+    network.write_bytes(b"second")
+    assert key != line_key(method, config, 100, "ransac")

@@ -1,4 +1,5 @@
 import copy
+import datetime
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,8 @@ from deepuav_training.onnx_storage import constants, expand, halve, without_norm
 from deepuav_training.onnx_weights import load_exported
 from deepuav_training.runtime import Network
 from deepuav_training.train_superpoint import TrainConfig, collate, losses_of, new_state
-from deepuav_training.training_run import Objective, Pace, learning_rate, train_step
+from deepuav_training.training_run import (Objective, Pace, learning_rate, next_moment,
+                                           train_step)
 
 TINY = SmallSuperPointConfig(half=4, quarter=4, eighth=8, deep=8, detail=4, head=8,
                              descriptor_hidden=8)
@@ -210,6 +212,13 @@ def test_training_goes_on_from_a_file_without_the_new_layers(tmp_path):
     torch.testing.assert_close(larger.eval()(unseen), trained(unseen), rtol=1e-3, atol=1e-4)
     with pytest.raises(TrainingError, match="other shapes"):
         load_exported(tmp_path / "trained.onnx", larger, unseen)
+
+
+def test_a_time_of_the_day_that_has_passed_is_tomorrows():
+    evening = datetime.datetime(2026, 3, 31, 23, 30)
+    assert next_moment("23:45", evening) == datetime.datetime(2026, 3, 31, 23, 45)
+    assert next_moment("06:00", evening) == datetime.datetime(2026, 4, 1, 6, 0)
+    assert next_moment("23:30", evening) == datetime.datetime(2026, 4, 1, 23, 30)
 
 
 def test_the_large_network_goes_on_from_its_file(tmp_path):

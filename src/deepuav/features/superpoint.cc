@@ -31,8 +31,10 @@ void SuperPointOptions::Check() const {
   if (model.empty()) throw Error("option features.model is empty: expected the file of a network");
   CheckOption(keypoints >= 1, "features.keypoints", keypoints, "at least 1");
   CheckOption(threshold >= 0 && threshold < 1, "features.threshold", threshold, "0 to below 1");
-  CheckOption(nms_radius >= 0, "features.nms_radius", nms_radius, "at least 0 px");
-  CheckOption(border >= 0, "features.border", border, "at least 0 px");
+  constexpr int kMostPx = 1000;
+  CheckOption(nms_radius >= 0 && nms_radius <= kMostPx, "features.nms_radius", nms_radius,
+              "0 to 1000 px");
+  CheckOption(border >= 0 && border <= kMostPx, "features.border", border, "0 to 1000 px");
   CheckOption(subpixel_sigma >= 0 && subpixel_sigma <= kSuperPointCell, "features.subpixel_sigma",
               subpixel_sigma, "0 to 8 px");
   CheckOption(subpixel_max_offset >= 0 && subpixel_max_offset <= 1, "features.subpixel_max_offset",

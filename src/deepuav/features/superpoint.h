@@ -54,6 +54,8 @@ class SuperPoint : public Extractor {
   Features Extract(const GreyImage& image, ExtractionTimes* times = nullptr) override;
 
   std::string Description() const override;
+  /// Of its descriptors.
+  int dimension() const { return network_.dimension(); }
 
  private:
   Features Describe(const HeatMap& heat_map);

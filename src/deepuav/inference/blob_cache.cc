@@ -2,10 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <vector>
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/sha256.h"
@@ -37,6 +40,9 @@ std::optional<std::string> BlobCache::Load(const std::string& key) const {
     Log().warn("{}: a damaged entry of the cache is not used", PathOf(key).string());
     return std::nullopt;
   }
+  std::error_code status;  // Best effort: who cannot write only reads.
+  std::filesystem::last_write_time(PathOf(key), std::filesystem::file_time_type::clock::now(),
+                                   status);
   return bytes;
 }
 
@@ -53,6 +59,38 @@ void BlobCache::Store(const std::string& key, const std::string& bytes) const {
   if (!stream || status) {
     Log().warn("{}: the cache cannot be written", path.string());
     std::filesystem::remove(temporary, status);
+  }
+  Prune();
+}
+
+void BlobCache::Prune() const {
+  namespace fs = std::filesystem;
+  struct Entry {
+    fs::file_time_type used;
+    uintmax_t bytes;
+    fs::path path;
+  };
+  std::error_code status;  // Of files that another process removes meanwhile.
+  const auto abandoned = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  std::vector<Entry> entries;
+  uintmax_t total = 0;
+  for (fs::directory_iterator file(folder_, status), end; file != end; file.increment(status)) {
+    if (status) return;
+    const auto used = fs::last_write_time(file->path(), status);
+    if (status) continue;
+    const auto bytes = fs::file_size(file->path(), status);
+    if (status) continue;
+    if (file->path().extension() == ".tmp" && used < abandoned) fs::remove(file->path(), status);
+    if (file->path().extension() != ".blob") continue;
+    entries.push_back({used, bytes, file->path()});
+    total += bytes;
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return a.used < b.used; });
+  for (const Entry& entry : entries) {
+    if (total <= most_bytes_) return;
+    fs::remove(entry.path, status);
+    total -= entry.bytes;
   }
 }
 

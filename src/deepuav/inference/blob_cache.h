@@ -11,8 +11,12 @@ namespace deepuav {
 /// would be read wrongly.
 class BlobCache {
  public:
-  /// An empty folder name switches the cache off.
-  explicit BlobCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  static constexpr uintmax_t kMostBytes = 500'000'000;
+
+  /// An empty folder name switches the cache off. Beyond `most_bytes` the entries that were not
+  /// used for the longest time are removed.
+  explicit BlobCache(std::filesystem::path folder, uintmax_t most_bytes = kMostBytes)
+      : folder_(std::move(folder)), most_bytes_(most_bytes) {}
 
   /// Nothing when there is no entry or it is damaged.
   std::optional<std::string> Load(const std::string& key) const;
@@ -24,8 +28,10 @@ class BlobCache {
 
  private:
   std::filesystem::path PathOf(const std::string& key) const;
+  void Prune() const;
 
   std::filesystem::path folder_;
+  uintmax_t most_bytes_;
 };
 
 }  // namespace deepuav

@@ -47,6 +47,27 @@ TEST_F(BlobCacheTest, LeavesNoTemporaryFiles) {
   EXPECT_EQ(Entries()[0].extension(), ".blob");
 }
 
+TEST_F(BlobCacheTest, RemovesWhatWasNotUsedForTheLongestTime) {
+  namespace fs = std::filesystem;
+  const BlobCache cache(folder_, 1000);
+  const std::string bytes(300, 'x');  // and 64 of digest
+  const auto an_hour_ago = fs::file_time_type::clock::now() - std::chrono::hours(2);
+  for (const char* key : {"a", "b"}) {
+    cache.Store(key, bytes);
+    for (const fs::path& entry : Entries()) fs::last_write_time(entry, an_hour_ago);
+  }
+  EXPECT_TRUE(cache.Load("a"));
+  std::ofstream(folder_ / "left.1-2.tmp") << "of a process that was killed";
+  fs::last_write_time(folder_ / "left.1-2.tmp", an_hour_ago);
+  std::ofstream(folder_ / "written.1-3.tmp") << "by another process";
+  cache.Store("c", bytes);
+  EXPECT_TRUE(cache.Load("a"));
+  EXPECT_FALSE(cache.Load("b"));
+  EXPECT_TRUE(cache.Load("c"));
+  EXPECT_FALSE(fs::exists(folder_ / "left.1-2.tmp"));
+  EXPECT_TRUE(fs::exists(folder_ / "written.1-3.tmp"));
+}
+
 TEST_F(BlobCacheTest, DamagedEntriesAreNotUsed) {
   const BlobCache cache(folder_);
   cache.Store("key", "some bytes");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <openvino/frontend/manager.hpp>
+#include <openvino/op/constant.hpp>
 #include <openvino/openvino.hpp>
 #include <sstream>
 #include <string_view>
@@ -197,6 +198,18 @@ std::string ModelSha256(const std::filesystem::path& model) {
   return Sha256OfFiles({model});
 }
 
+/// The file may name others that hold its weights.
+std::string WeightsSha256(const ov::Model& model) {
+  std::string digests;
+  for (const auto& node : model.get_ordered_ops()) {
+    const auto constant = ov::as_type_ptr<ov::op::v0::Constant>(node);
+    if (!constant) continue;
+    digests += Sha256(std::span(static_cast<const std::byte*>(constant->get_data_ptr()),
+                                constant->get_byte_size()));
+  }
+  return Sha256(digests);
+}
+
 struct Session::Impl {
   std::filesystem::path path;
   InferenceOptions options;
@@ -273,8 +286,8 @@ ov::AnyMap Session::Impl::Config() const {
 
 /// All that the compiled network depends on.
 std::string Session::Impl::CacheKey(const std::set<std::string>& channels_last) const {
-  std::string key = fmt::format("{} {} {} {} {}", sha256, float_precision, options.threads,
-                                ov::get_openvino_version().buildNumber,
+  std::string key = fmt::format("{} {} {} {} {} {}", sha256, WeightsSha256(*model), float_precision,
+                                options.threads, ov::get_openvino_version().buildNumber,
                                 Core().get_property(kDevice, ov::device::full_name));
   for (const auto& capability : Core().get_property(kDevice, ov::device::capabilities))
     key += " " + capability;

@@ -97,8 +97,9 @@ void RelocaliserOptions::Check() const {
   CheckOption(min_inliers >= 6, "looping.relocaliser.min_inliers", min_inliers, "at least 6");
   CheckOption(min_inlier_ratio >= 0 && min_inlier_ratio < 1, "looping.relocaliser.min_inlier_ratio",
               min_inlier_ratio, "0 to below 1");
-  CheckOption(cells_per_side >= 1, "looping.relocaliser.cells_per_side", cells_per_side,
-              "at least 1");
+  constexpr int kMostCells = 1000;
+  CheckOption(cells_per_side >= 1 && cells_per_side <= kMostCells,
+              "looping.relocaliser.cells_per_side", cells_per_side, "at least 1");
   CheckOption(min_cells >= 1 && min_cells <= cells_per_side * cells_per_side,
               "looping.relocaliser.min_cells", min_cells, "1 to the number of cells");
   CheckOption(rival_ratio > 0 && rival_ratio <= 1, "looping.relocaliser.rival_ratio", rival_ratio,

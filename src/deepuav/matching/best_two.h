@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 namespace deepuav {
 
 /// The best candidate by cosine similarity, and how good the second best is.
@@ -17,8 +19,13 @@ struct BestTwo {
     }
   }
 
-  /// Lowe's test on distances (2004); the squared distance of unit vectors is 2 - 2 cos.
-  bool PassesRatio(double ratio) const { return (1 - first) <= ratio * ratio * (1 - second); }
+  /// Lowe's test on distances (2004); the squared distance of unit vectors is 2 - 2 cos. Rounded
+  /// ones may be a little longer than 1. Two that are equally near pass where the ratio is 1, which
+  /// is no test, alone.
+  bool PassesRatio(double ratio) const {
+    const float to_first = std::max(1 - first, 0.0F), to_second = std::max(1 - second, 0.0F);
+    return ratio >= 1 || (to_first < to_second && to_first <= ratio * ratio * to_second);
+  }
 };
 
 }  // namespace deepuav

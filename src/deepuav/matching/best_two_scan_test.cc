@@ -61,6 +61,21 @@ TEST(BestTwoScan, FindsWhatOfferingOneByOneFinds) {
   }
 }
 
+TEST(BestTwo, WhatIsEquallyNearDoesNotPass) {
+  constexpr double kRatio = 0.95;
+  const auto passes = [](float first, float second) {
+    return BestTwo{0, first, second}.PassesRatio(kRatio);
+  };
+  for (const float repeated : {0.6F, 0.999F, 1.0F, 1.001F})
+    EXPECT_FALSE(passes(repeated, repeated));
+  EXPECT_FALSE(passes(1.002F, 1.001F)) << "of rounding alone";
+  EXPECT_TRUE(passes(1.001F, 0.9F));
+  EXPECT_TRUE(passes(0.9F, 0.8F));
+  EXPECT_FALSE(passes(0.9F, 0.895F));
+  EXPECT_TRUE((BestTwo{0, 0.1F}).PassesRatio(kRatio)) << "without a second";
+  EXPECT_TRUE((BestTwo{0, 0.9F, 0.9F}).PassesRatio(1)) << "no test";
+}
+
 TEST(BestTwoScan, AMatrixWithoutColumnsHasNoBest) {
   const BestTwoOfMatrix found = FindBestTwo({}, 3, 0);
   ASSERT_EQ(found.of_rows.size(), 3u);

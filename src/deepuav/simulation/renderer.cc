@@ -237,8 +237,8 @@ class Renderer::Impl {
             if (!packet.Hits(lane)) return;
             if (truth.depth) rendered->depth_m(row, column) = packet.Depth(lane);
             if (!other) return;
-            const auto pixel =
-                LaterPixel(*other, tracer.PointAt(packet, lane), *truth.flow_to_time_s, row);
+            const auto pixel = LaterPixel(*other, tracer.PointAt(packet, lane), time_s,
+                                          *truth.flow_to_time_s, row);
             if (pixel) {
               rendered->flow_px(row, column) = cv::Vec2f(static_cast<float>(pixel->x() - column),
                                                          static_cast<float>(pixel->y() - row));
@@ -250,13 +250,15 @@ class Renderer::Impl {
   }
 
   std::optional<Eigen::Vector2d> LaterPixel(const RowwiseProjection& other,
-                                            const SurfacePoint& point, double to_s, int row) const {
+                                            const SurfacePoint& point, double from_s, double to_s,
+                                            int row) const {
     if (!point.moving) {
       const Eigen::Vector3d position = point.position.cast<double>();
       return other.Project([&](double) { return position; }, row);
     }
     const Traffic& traffic = world_.outdoors()->traffic;
     const Traffic::Mover& mover = traffic.movers()[point.geometry];
+    if (traffic.Jumps(mover, RowTime(from_s, row), RowTime(to_s, row))) return std::nullopt;
     const auto position_at = [&](double other_row) {
       const Placement placement = traffic.PlacementAt(mover, RowTime(to_s, other_row));
       return Eigen::Vector3d((placement * point.object_position.homogeneous()).cast<double>());

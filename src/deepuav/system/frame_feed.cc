@@ -24,10 +24,9 @@ SequentialFeed::SequentialFeed(ImageSource* images, Extractor* extractor, StageC
     : images_(images), extractor_(extractor), clock_(clock) {}
 
 std::optional<Frame> SequentialFeed::Next() {
-  Stopwatch decoding;
   const std::optional<TimedImage> image = images_->Next();
   if (!image) return std::nullopt;
-  clock_->Add("decode", decoding.Seconds());
+  clock_->Add("decode", image->decode_s);
   ExtractionTimes times;
   Frame frame{image->id, image->time,
               std::make_shared<const Features>(extractor_->Extract(image->image, &times)),
@@ -63,32 +62,38 @@ std::optional<Frame> PrefetchingFeed::Next() {
 }
 
 std::optional<TimedImage> LiveImages::Next() {
-  std::optional<TimedImage> current = upcoming_ ? std::move(upcoming_) : images_->Next();
-  upcoming_.reset();
-  if (!current) return std::nullopt;
+  if (!CatchUp()) return std::nullopt;
+  std::optional<TimedImage> image = images_->Next();
+  if (!image) return std::nullopt;
   if (!first_time_) {
-    first_time_ = current->time;
+    first_time_ = image->time;
     since_first_.Restart();
   }
-  for (upcoming_ = images_->Next(); upcoming_ && SecondsUntil(*upcoming_) <= 0;
-       upcoming_ = images_->Next()) {
-    current = std::move(upcoming_);
-    ++skipped_;
-  }
-  if (!WaitFor(*current)) return std::nullopt;
-  return current;
+  if (!WaitFor(image->time)) return std::nullopt;
+  return image;
 }
 
-bool LiveImages::WaitFor(const TimedImage& image) const {
-  for (double wait_s = SecondsUntil(image); wait_s > 0; wait_s = SecondsUntil(image)) {
+bool LiveImages::CatchUp() {
+  if (!first_time_) return true;
+  for (auto after = images_->UpcomingTime(1); after && SecondsUntil(*after) <= 0;
+       after = images_->UpcomingTime(1)) {
+    if (stop_ && stop_()) return false;
+    images_->Skip();
+    ++skipped_;
+  }
+  return true;
+}
+
+bool LiveImages::WaitFor(Timestamp time) const {
+  for (double wait_s = SecondsUntil(time); wait_s > 0; wait_s = SecondsUntil(time)) {
     if (stop_ && stop_()) return false;
     WaitSeconds(std::min(wait_s, kStopInterval));
   }
   return true;
 }
 
-double LiveImages::SecondsUntil(const TimedImage& image) const {
-  return SecondsBetween(*first_time_, image.time) - since_first_.Seconds();
+double LiveImages::SecondsUntil(Timestamp time) const {
+  return SecondsBetween(*first_time_, time) - since_first_.Seconds();
 }
 
 }  // namespace deepuav

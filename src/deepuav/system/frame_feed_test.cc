@@ -115,6 +115,20 @@ TEST(LiveImages, LeaveOutWhatCameWhileOneWasBusy) {
   EXPECT_LE(given, 10);
   EXPECT_GE(given, 2);
   EXPECT_EQ(given + live.skipped(), kCount);
+  EXPECT_EQ(images.read(), given) << "what is left out is not decoded";
+}
+
+TEST(LiveImages, EndWhenStoppedWhileTheyCatchUp) {
+  NumberedImages images(1000, 1e-6);
+  bool stop = false;
+  LiveImages live(&images, [&stop] { return stop; });
+  ASSERT_TRUE(live.Next());
+  const Stopwatch busy;
+  while (busy.Seconds() < 0.01) {
+  }
+  stop = true;
+  EXPECT_FALSE(live.Next());
+  EXPECT_EQ(live.skipped(), 0);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ struct TimedImage {
   FrameId id;
   Timestamp time;
   GreyImage image;
+  double decode_s = 0;  ///< What reading it took.
 };
 
 /// Where the images come from. One thread at a time.
@@ -20,6 +21,10 @@ class ImageSource {
   virtual ~ImageSource() = default;
   /// The next image that can be read, by growing id and time; nothing at the end.
   virtual std::optional<TimedImage> Next() = 0;
+  /// When the `ahead`-th image after the next was taken; nothing beyond the end.
+  virtual std::optional<Timestamp> UpcomingTime(int ahead) const = 0;
+  /// Leaves the next image out without reading it.
+  virtual void Skip() = 0;
 };
 
 }  // namespace deepuav

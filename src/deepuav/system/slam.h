@@ -97,7 +97,7 @@ struct SlamResult {
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
-  bool stopped = false;  ///< Ended by `stop` before the last image.
+  bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
 };
 
 /// What sees for the system. The pointers must outlive it.

@@ -20,6 +20,7 @@ TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& o
 void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
                               const std::function<bool()>& stop) const {
   for (FrameRecord& record : *records) {
+    if (stop && stop()) return;
     if (record.located()) Refine(&record);
   }
   LocateTowards(-1, records, stop);
