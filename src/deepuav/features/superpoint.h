@@ -12,7 +12,7 @@ namespace deepuav {
 struct SuperPointOptions {
   std::string model;
   int keypoints = 1000;
-  double threshold = 0.005;
+  double threshold = 0.002;
   int nms_radius = 4;
   int border = 4;
   bool subpixel = true;
