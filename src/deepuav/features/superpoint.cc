@@ -31,6 +31,9 @@ void SuperPointOptions::Check() const {
   if (model.empty()) throw Error("option features.model is empty: expected the file of a network");
   CheckOption(keypoints >= 1, "features.keypoints", keypoints, "at least 1");
   CheckOption(threshold >= 0 && threshold < 1, "features.threshold", threshold, "0 to below 1");
+  CheckOption(faint_keypoints >= 0, "features.faint_keypoints", faint_keypoints, "at least 0");
+  CheckOption(faint_threshold >= 0 && faint_threshold < 1, "features.faint_threshold",
+              faint_threshold, "0 to below 1");
   constexpr int kMostPx = 1000;
   CheckOption(nms_radius >= 0 && nms_radius <= kMostPx, "features.nms_radius", nms_radius,
               "0 to 1000 px");
@@ -63,8 +66,10 @@ std::optional<Keypoint> SuperPoint::MakeKeypoint(const Eigen::Vector2f& image_px
 }
 
 Features SuperPoint::Describe(const HeatMap& heat_map) {
-  const PeakOptions peak_options{options_.keypoints, static_cast<float>(options_.threshold),
-                                 options_.nms_radius, options_.border};
+  const PeakOptions peak_options{
+      options_.keypoints,       static_cast<float>(options_.threshold),
+      options_.nms_radius,      options_.border,
+      options_.faint_keypoints, static_cast<float>(options_.faint_threshold)};
   const DescriptorMap map = network_.ReadDescriptors();
   const std::vector<Peak> peaks = FindPeaks(heat_map, peak_options);
   Features features{{}, Descriptors(map.dimension)};

@@ -12,7 +12,9 @@ namespace deepuav {
 struct SuperPointOptions {
   std::string model;
   int keypoints = 1000;
-  double threshold = 0.002;
+  double threshold = 0.005;
+  int faint_keypoints = 300;
+  double faint_threshold = 0.001;
   int nms_radius = 4;
   int border = 4;
   bool subpixel = true;
@@ -27,6 +29,9 @@ struct SuperPointOptions {
     visit("model", model, "", "file of the SuperPoint network (.onnx or .xml)");
     visit("keypoints", keypoints, "", "key points kept in an image, the best");
     visit("threshold", threshold, "", "detection probability that a key point must exceed");
+    visit("faint_keypoints", faint_keypoints, "",
+          "where fewer exceed it, as by motion blur, as many are taken");
+    visit("faint_threshold", faint_threshold, "", "detection probability that these must exceed");
     visit("nms_radius", nms_radius, "px",
           "a key point is the maximum within this distance along x and y");
     visit("border", border, "px", "edge of the image without key points");

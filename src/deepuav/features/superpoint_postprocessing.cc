@@ -170,11 +170,13 @@ void CheckFinite(const HeatMap& heat_map) {
 }
 
 std::vector<Peak> FindPeaks(const HeatMap& heat_map, const PeakOptions& options) {
+  const float least = options.faint_count > 0 ? std::min(options.threshold, options.faint_threshold)
+                                              : options.threshold;
   std::vector<Peak> peaks;
   for (int y = options.border; y < heat_map.height - options.border; ++y) {
     const float* row = heat_map.Row(y);
     for (int x = options.border; x < heat_map.width - options.border; ++x) {
-      if (row[x] > options.threshold && IsMaximum(heat_map, x, y, options.radius))
+      if (row[x] > least && IsMaximum(heat_map, x, y, options.radius))
         peaks.push_back({x, y, row[x]});
     }
   }
@@ -186,6 +188,9 @@ std::vector<Peak> FindPeaks(const HeatMap& heat_map, const PeakOptions& options)
       static_cast<ptrdiff_t>(std::min(peaks.size(), static_cast<size_t>(options.count)));
   std::partial_sort(peaks.begin(), peaks.begin() + kept, peaks.end(), better);
   peaks.resize(static_cast<size_t>(kept));
+  while (static_cast<int>(peaks.size()) > options.faint_count &&
+         peaks.back().score <= options.threshold)
+    peaks.pop_back();
   return peaks;
 }
 

@@ -41,6 +41,8 @@ struct PeakOptions {
   float threshold = 0.005f;  ///< Scores must be above.
   int radius = 4;  ///< px; a peak is the maximum of the square of 2 radius + 1 pixels around it.
   int border = 4;  ///< px without peaks along the image's edges; they still suppress.
+  int faint_count = 0;             ///< Where fewer pass the threshold, as many are taken...
+  float faint_threshold = 0.001f;  ///< ...whose scores are above this.
 };
 
 /// The best peaks by falling score. Of equal scores the pixel of lower row-major index comes first,

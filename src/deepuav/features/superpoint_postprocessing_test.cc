@@ -136,6 +136,21 @@ TEST(FindPeaks, FollowsTheDefinitionWithManyTies) {
   EXPECT_GT(found, 1000u);
 }
 
+TEST(FindPeaks, TakesFaintOnesWhereThereAreFew) {
+  Map map(60, 20);
+  const std::vector<float> scores{0.9f, 0.5f, 0.02f, 0.01f, 0.004f};
+  for (size_t i = 0; i < scores.size(); ++i) map(8 + 10 * static_cast<int>(i), 10) = scores[i];
+  const auto found = [&](int faint_count) {
+    const PeakOptions options{
+        .threshold = 0.1f, .faint_count = faint_count, .faint_threshold = 0.005f};
+    return FindPeaks(map.View(), options).size();
+  };
+  EXPECT_EQ(found(0), 2u);
+  EXPECT_EQ(found(1), 2u) << "enough are sure";
+  EXPECT_EQ(found(3), 3u);
+  EXPECT_EQ(found(100), 4u) << "the last is too faint";
+}
+
 TEST(FindPeaks, SuppressesWithinTheRadiusOnly) {
   Map map(40, 40);
   map(10, 10) = 0.9f;
