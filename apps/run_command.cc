@@ -72,7 +72,9 @@ MapOrigin OriginOf(const std::optional<LoadedAtlas>& loaded, const Eyes& eyes, b
   const std::string now = eyes.extractor().Description();
   MapOrigin origin{DEEPUAV_VERSION, now, eyes.matcher().Description(), {}};
   if (!loaded) return origin;
-  if (loaded->origin.features != now) origin.features = loaded->origin.features + "; " + now;
+  const std::string& before = loaded->origin.features;
+  if (before != now)
+    origin.features = before.find(now) == std::string::npos ? before + "; " + now : before;
   origin.image_names = loaded->origin.image_names;
   return origin;
 }

@@ -135,6 +135,9 @@ class GoingOn(MapTest):
         features = info(out / "map.deepuav")["features"]
         self.assertTrue(features.startswith(MODEL.name), features)
         self.assertIn(int8.name, features)
+        more = self.folder / "more"
+        call(*run_arguments(SCENE, more, "--map", out / "map.deepuav", "--set", f"features.model={int8}", "--end", "4"))
+        self.assertEqual(info(more / "map.deepuav")["features"], features)
 
     def test_another_camera(self):
         for scale, coefficients, status, part in (

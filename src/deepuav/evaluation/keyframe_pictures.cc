@@ -22,26 +22,11 @@ std::vector<const Keyframe*> InOrder(const Map& map) {
   return keyframes;
 }
 
-std::optional<int> FrameAt(const Dataset& dataset, Timestamp time, const std::string& name) {
-  int low = 0, high = dataset.size();
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (dataset.Time(middle) < time) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  if (low == dataset.size() || dataset.Time(low) != time) return std::nullopt;
-  if (!name.empty() && dataset.ImageName(low) != name) return std::nullopt;
-  return low;
-}
-
 /// A JPEG as data URI; empty where the dataset does not have the frame, or one of another name.
 std::string ImageUri(Dataset* dataset, Timestamp time, const std::string& name,
                      const PictureOptions& options) {
-  const std::optional<int> frame = FrameAt(*dataset, time, name);
-  if (!frame) return "";
+  const std::optional<int> frame = FrameAt(*dataset, time);
+  if (!frame || (!name.empty() && dataset->ImageName(*frame) != name)) return "";
   cv::Mat image;
   try {
     image = dataset->Load(*frame);

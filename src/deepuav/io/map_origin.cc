@@ -1,11 +1,7 @@
 #include "deepuav/io/map_origin.h"
 
-#include <optional>
-
 namespace deepuav {
-namespace {
 
-/// Times grow with the frames' numbers.
 std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
   int first = 0, end = dataset.size();
   while (first < end) {
@@ -19,8 +15,6 @@ std::optional<int> FrameAt(const Dataset& dataset, Timestamp time) {
   if (first == dataset.size() || dataset.Time(first) != time) return std::nullopt;
   return first;
 }
-
-}  // namespace
 
 void NameImages(const Atlas& atlas, const Dataset& dataset, ImageNames* image_names) {
   for (const MapId id : atlas.Remaining()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "deepuav/io/dataset.h"
@@ -18,6 +19,9 @@ struct MapOrigin {
   std::string matcher;   ///< The matcher's description.
   ImageNames image_names;
 };
+
+/// The frame of this very time, if there is one: times grow with the frames' numbers.
+std::optional<int> FrameAt(const Dataset& dataset, Timestamp time);
 
 /// Names the images of the atlas's keyframes that have no name yet, by their times in the dataset
 /// they come from. Those that are not in it stay without.

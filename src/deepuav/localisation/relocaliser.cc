@@ -99,7 +99,7 @@ void RelocaliserOptions::Check() const {
               min_inlier_ratio, "0 to below 1");
   constexpr int kMostCells = 1000;
   CheckOption(cells_per_side >= 1 && cells_per_side <= kMostCells,
-              "looping.relocaliser.cells_per_side", cells_per_side, "at least 1");
+              "looping.relocaliser.cells_per_side", cells_per_side, "1 to 1000");
   CheckOption(min_cells >= 1 && min_cells <= cells_per_side * cells_per_side,
               "looping.relocaliser.min_cells", min_cells, "1 to the number of cells");
   CheckOption(rival_ratio > 0 && rival_ratio <= 1, "looping.relocaliser.rival_ratio", rival_ratio,
