@@ -24,7 +24,8 @@ std::vector<ImagePair> ReadPairList(const std::filesystem::path& file,
     const ImagePair pair{folder / fields[0], folder / fields[1], text.Where(line)};
     for (const std::filesystem::path& image : {pair.a, pair.b}) {
       if (found.contains(image)) continue;
-      if (!std::filesystem::is_regular_file(image))
+      std::error_code unreachable;
+      if (!std::filesystem::is_regular_file(image, unreachable))
         throw Error("{}: image {}: no such file", pair.where, image.string());
       found.insert(image);
     }

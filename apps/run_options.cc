@@ -45,11 +45,9 @@ void RunOptions::Check() const {
   features.Check();
   inference.Check();
   matcher.Check();
-  if (NeedsSuperGlue(*this)) {
-    superglue.Check();
-  } else {
-    matching.Check();
-  }
+  matching.Check();
+  superglue.Check();
+  if (NeedsSuperGlue(*this)) superglue.CheckModel();
   system.Check();
 }
 

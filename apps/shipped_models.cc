@@ -6,7 +6,7 @@ namespace deepuav {
 
 const ModelRegistry& ShippedModels() {
   const char* named = std::getenv("DEEPUAV_MODELS");
-  static const ModelRegistry registry(named ? named : DEEPUAV_MODELS);
+  static const ModelRegistry registry(named && *named ? named : DEEPUAV_MODELS);
   return registry;
 }
 

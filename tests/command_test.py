@@ -174,6 +174,8 @@ class Usage(CommandTest):
                                    (["matching.method=superglue", "superglue.precision=fp8"],
                                     ["superglue.precision", "bf16"]),
                                    (["matching.method=superglue", "superglue.min_score=2"], ["superglue.min_score"]),
+                                   (["superglue.min_score=2"], ["superglue.min_score"]),
+                                   (["matching.method=superglue", "matching.ratio=5"], ["matching.ratio"]),
                                    (["features.size=huge"], ["'huge'", "small"])):
             with self.subTest(assignments=assignments):
                 sets = [word for assignment in assignments for word in ("--set", assignment)]

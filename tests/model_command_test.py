@@ -420,6 +420,7 @@ class Match(ModelTest):
         for text, parts in (("a.png\n", ["pairs.txt:1", "'a.png'", "two images"]),
                             ("\n# x\n", ["pairs.txt", "no pair"]),
                             ("a.png a.png\n\na.png none.png\n", ["pairs.txt:3", "none.png", "no such file"]),
+                            (f"a.png {'n' * 300}.png\n", ["pairs.txt:1", "nnn.png", "no such file"]),
                             ("a.png a.png\na.png broken.png\n", ["pairs.txt:2", "broken.png", "breaks off"])):
             with self.subTest(text):
                 pairs = self.pair_list(text)

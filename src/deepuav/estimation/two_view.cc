@@ -93,6 +93,11 @@ bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
   return in_front > 0 && in_front >= problem.options.min_front_ratio * voters;
 }
 
+int InlierCount(const std::optional<TwoViewModel>& model) {
+  if (!model) return 0;
+  return static_cast<int>(std::count(model->inlier.begin(), model->inlier.end(), 1));
+}
+
 bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) {
   return solution.valid_count >= problem.options.min_inliers;
 }
@@ -212,13 +217,15 @@ void TwoViewOptions::Check() const {
 
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
                                              const std::vector<PixelPair>& pairs, uint64_t seed,
-                                             const TwoViewOptions& options) {
+                                             const TwoViewOptions& options, int* agreeing) {
   options.Check();
+  if (agreeing) *agreeing = 0;
   const auto finite = std::count_if(pairs.begin(), pairs.end(), Finite);
   if (finite < options.min_inliers) return std::nullopt;
   const auto homography = EstimateHomography(pinhole, pairs, seed, options);
   const auto essential = EstimateEssential(pinhole, pairs, seed, options);
 
+  if (agreeing) *agreeing = std::max(InlierCount(homography), InlierCount(essential));
   TwoViewResult result;
   result.homography_score = homography ? homography->score : 0;
   result.essential_score = essential ? essential->score : 0;

@@ -67,9 +67,11 @@ struct TwoViewResult {
 /// Relative pose of two calibrated views: homography and essential matrix estimated side by side
 /// and scored on the same truncated error (Mur-Artal 2015, section IV). A general scene's essential
 /// matrix is decomposed; of a plane, both are, since either may miss the true one of the two poses
-/// that explain it. Nothing for too few inliers, too little parallax or pure rotation.
+/// that explain it. Nothing for too few inliers, too little parallax or pure rotation: `agreeing`,
+/// if asked for, tells them apart, by the inliers of the model that has more.
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
                                              const std::vector<PixelPair>& pairs, uint64_t seed,
-                                             const TwoViewOptions& options);
+                                             const TwoViewOptions& options,
+                                             int* agreeing = nullptr);
 
 }  // namespace deepuav

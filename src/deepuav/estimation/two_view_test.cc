@@ -129,7 +129,9 @@ TEST(EstimateTwoView, TooLittleParallaxGivesNothing) {
   Random random(10);
   const SE3 b_from_a(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
   const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0.3, 0}, &random);
-  EXPECT_FALSE(EstimateTwoView(world.pinhole, seen.pairs, 3, {}));
+  int agreeing = 0;
+  EXPECT_FALSE(EstimateTwoView(world.pinhole, seen.pairs, 3, {}, &agreeing));
+  EXPECT_GT(agreeing, 0.8 * static_cast<double>(seen.pairs.size())) << "not for want of matches";
 }
 
 class NadirTest : public testing::TestWithParam<double> {};
@@ -251,7 +253,9 @@ TEST(EstimateTwoView, NothingFromTooFewUnrelatedOrBadPairs) {
     EXPECT_FALSE(EstimateTwoView(world.pinhole, few, 3, {}));
   }
   const SyntheticPairs unrelated = ObservePairs(world, SE3(), b_from_a, {0, 1}, &random);
-  EXPECT_FALSE(EstimateTwoView(world.pinhole, unrelated.pairs, 3, {}));
+  int agreeing = 0;
+  EXPECT_FALSE(EstimateTwoView(world.pinhole, unrelated.pairs, 3, {}, &agreeing));
+  EXPECT_LT(agreeing, 0.2 * static_cast<double>(unrelated.pairs.size()));
   const std::vector<PixelPair> same(200, PixelPair{{10, 20}, {30, 40}});
   EXPECT_FALSE(EstimateTwoView(world.pinhole, same, 3, {}));
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -31,10 +31,13 @@ const TensorInfo* FindTensor(const std::vector<TensorInfo>& tensors, const std::
 }  // namespace
 
 void SuperGlueOptions::Check() const {
-  if (model.empty()) throw Error("option superglue.model is empty: expected the file of a network");
   CheckOption(keypoints >= 1, "superglue.keypoints", keypoints, "at least 1");
   CheckOption(min_score >= 0 && min_score < 1, "superglue.min_score", min_score, "0 to below 1");
   if (!precision.empty()) CheckPrecision("superglue.precision", precision);
+}
+
+void SuperGlueOptions::CheckModel() const {
+  if (model.empty()) throw Error("option superglue.model is empty: expected the file of a network");
 }
 
 InferenceOptions SuperGlueOptions::Inference(InferenceOptions inference) const {
@@ -46,7 +49,8 @@ InferenceOptions SuperGlueOptions::Inference(InferenceOptions inference) const {
 
 SuperGlueMatcher::SuperGlueMatcher(int width, int height, const SuperGlueOptions& options,
                                    const InferenceOptions& inference)
-    : options_((options.Check(), options)), session_(options.model, options.Inference(inference)) {
+    : options_((options.Check(), options.CheckModel(), options)),
+      session_(options.model, options.Inference(inference)) {
   SetImageSizes({width, height}, {width, height});
   for (size_t i = 0; i < sides_.size(); ++i) {
     const std::string number = std::to_string(i);
@@ -162,12 +166,18 @@ void SuperGlueMatcher::ReadAssignment(size_t count_a, size_t count_b) {
   const size_t rows = has_masks_ ? count_a : network_keypoints_;
   const size_t columns = has_masks_ ? count_b : network_keypoints_;
   assignment_.assign(count_a * count_b, 0);
+  float is_finite = 0;  // NaN after a value that is not
   for (size_t i = 0; i < rows; ++i) {
     const float* row = values.data() + i * network_keypoints_;
     float* sums = assignment_.data() + i % count_a * count_b;
     for (size_t j = 0, of = 0; j < columns; ++j, of = of + 1 == count_b ? 0 : of + 1) {
-      sums[of] += output_is_logarithm_ ? std::exp(row[j]) : row[j];
+      const float probability = output_is_logarithm_ ? std::exp(row[j]) : row[j];
+      is_finite += probability * 0;
+      sums[of] += probability;
     }
+  }
+  if (is_finite != 0) {
+    throw Error("{}: the assignment holds a value that is not finite", session_.model().string());
   }
 }
 

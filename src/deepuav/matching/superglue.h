@@ -15,7 +15,8 @@ struct SuperGlueOptions {
   double min_score = 0.2;
   std::string precision = "fp32";
 
-  void Check() const;
+  void Check() const;  ///< All but the model, which only a matcher needs.
+  void CheckModel() const;
 
   /// `inference` with this matcher's precision, and without a cache.
   InferenceOptions Inference(InferenceOptions inference) const;

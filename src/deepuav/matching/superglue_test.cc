@@ -216,6 +216,21 @@ TEST_P(SuperGlueTest, AnotherDimensionIsRefused) {
   }
 }
 
+TEST_P(SuperGlueTest, ValuesThatAreNotFiniteAreRefused) {
+  SuperGlueMatcher matcher = Make(10);
+  Features a = RandomFeatures(5, 6);
+  const Features b = a;
+  a.keypoints[3].score = std::numeric_limits<float>::quiet_NaN();
+  try {
+    matcher.MatchFeatures(a, b);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr(TinyNetwork(GetParam())));
+    EXPECT_THAT(error.what(), HasSubstr("not finite"));
+  }
+  EXPECT_EQ(matcher.MatchFeatures(b, b).size(), 5u);
+}
+
 TEST_P(SuperGlueTest, NamesItsWeights) {
   EXPECT_THAT(Make(10).Description(), HasSubstr("sha256:" + ModelSha256(TinyNetwork(GetParam()))));
 }
@@ -224,9 +239,10 @@ INSTANTIATE_TEST_SUITE_P(WithoutAndWithMasks, SuperGlueTest, testing::Bool());
 
 TEST(SuperGlueOptionsTest, AreChecked) {
   SuperGlueOptions options;
-  EXPECT_THROW(options.Check(), Error);  // no model
-  options.model = "superglue.onnx";
   EXPECT_NO_THROW(options.Check());
+  EXPECT_THROW(options.CheckModel(), Error);
+  options.model = "superglue.onnx";
+  EXPECT_NO_THROW(options.CheckModel());
   options.keypoints = 0;
   EXPECT_THROW(options.Check(), Error);
   options.keypoints = 1;

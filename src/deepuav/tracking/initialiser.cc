@@ -11,6 +11,9 @@ namespace deepuav {
 void InitialiserOptions::Check() const {
   CheckOption(min_keypoints >= 8, "initialiser.min_keypoints", min_keypoints, "at least 8");
   CheckOption(min_matches >= 8, "initialiser.min_matches", min_matches, "at least 8");
+  CheckOption(max_first_views >= 1, "initialiser.max_first_views", max_first_views, "at least 1");
+  CheckOption(max_unmatched_frames >= 0, "initialiser.max_unmatched_frames", max_unmatched_frames,
+              "0 or more");
   CheckOption(max_first_age_frames >= 2, "initialiser.max_first_age_frames", max_first_age_frames,
               "at least 2");
   CheckOption(max_second_age_frames >= 1, "initialiser.max_second_age_frames",
@@ -32,7 +35,7 @@ Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& optio
 }
 
 void Initialiser::Reset() {
-  first_.reset();
+  firsts_.clear();
   candidate_.reset();
 }
 
@@ -42,45 +45,87 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
                                options_.min_keypoints);
     return std::nullopt;
   }
+  ForgetOldViews(frame.id);
   if (candidate_) {
     if (auto request = Confirm(frame)) {
       Reset();  // should they not hold as a map, other views are tried
       return request;
     }
     *waiting_for = "a third view that confirms the first two";
-    if (frame.id.value - candidate_->second.id.value >= options_.max_second_age_frames)
-      candidate_.reset();
-    return std::nullopt;
-  }
-  if (!first_ || frame.id.value - first_->id.value > options_.max_first_age_frames) {
-    first_ = frame;
-    *waiting_for = "a second view";
     return std::nullopt;
   }
   Propose(frame, waiting_for);
+  if (!candidate_) UpdateFirstViews(frame);
   return std::nullopt;
 }
 
+void Initialiser::ForgetOldViews(FrameId now) {
+  const auto age = [&](const Frame& frame) { return now.value - frame.id.value; };
+  if (candidate_) {
+    const int64_t between_views = age(candidate_->first) - age(candidate_->second);
+    const int64_t most = std::max<int64_t>(options_.max_second_age_frames, between_views);
+    if (age(candidate_->second) > most) candidate_.reset();
+  }
+  std::erase_if(firsts_, [&](const FirstView& first) {
+    return age(first.frame) > options_.max_first_age_frames;
+  });
+}
+
+/// The oldest first view comes first: it has the most parallax. Of several that have not enough,
+/// the reason of one that the frame matches says more.
 void Initialiser::Propose(const Frame& second, std::string* waiting_for) {
-  std::vector<Match> matches = matcher_->MatchFeatures(*first_->features, *second.features);
-  if (static_cast<int>(matches.size()) < options_.min_matches) {
-    *waiting_for = fmt::format("matches: {} of at least {}", matches.size(), options_.min_matches);
-    first_ = second;
-    return;
+  *waiting_for = "a second view";
+  for (FirstView& first : firsts_) {
+    std::string reason;
+    const bool proposed = ProposeFrom(&first, second, &reason);
+    if (&first == &firsts_.front() || first.unmatched_frames == 0) *waiting_for = reason;
+    if (proposed) return;
+  }
+}
+
+bool Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for) {
+  std::vector<Match> matches = matcher_->MatchFeatures(*first->frame.features, *second.features);
+  const int matched = static_cast<int>(matches.size());
+  if (matched < options_.min_matches) {
+    *waiting_for = fmt::format("matches: {} of at least {}", matched, options_.min_matches);
+    ++first->unmatched_frames;
+    return false;
   }
   std::vector<PixelPair> pairs;
   for (const Match& match : matches) {
-    pairs.push_back({first_->features->keypoints[static_cast<size_t>(match.a)].px.cast<double>(),
-                     second.features->keypoints[static_cast<size_t>(match.b)].px.cast<double>()});
+    pairs.push_back(
+        {first->frame.features->keypoints[static_cast<size_t>(match.a)].px.cast<double>(),
+         second.features->keypoints[static_cast<size_t>(match.b)].px.cast<double>()});
   }
-  auto result =
-      EstimateTwoView(pinhole_, pairs, static_cast<uint64_t>(second.id.value), options_.two_view);
+  int agreeing = 0;
+  auto result = EstimateTwoView(pinhole_, pairs, static_cast<uint64_t>(second.id.value),
+                                options_.two_view, &agreeing);
+  if (agreeing < options_.two_view.min_inliers) {
+    *waiting_for = fmt::format("matches that agree: {} of at least {}", agreeing,
+                               options_.two_view.min_inliers);
+    ++first->unmatched_frames;
+    return false;
+  }
+  first->unmatched_frames = 0;
   if (!result) {
     *waiting_for = "parallax";
-    return;
+    return false;
   }
   *waiting_for = "a third view that confirms the first two";
-  candidate_ = Candidate{second, std::move(matches), std::move(*result)};
+  candidate_ = Candidate{first->frame, second, std::move(matches), std::move(*result)};
+  return true;
+}
+
+/// A frame that matches no first view becomes one too, if there is room: the camera may have turned
+/// away, or those be blurred.
+void Initialiser::UpdateFirstViews(const Frame& frame) {
+  const bool matched = std::any_of(firsts_.begin(), firsts_.end(), [](const FirstView& first) {
+    return first.unmatched_frames == 0;
+  });
+  std::erase_if(firsts_, [&](const FirstView& first) {
+    return first.unmatched_frames > options_.max_unmatched_frames;
+  });
+  if (!matched && std::ssize(firsts_) < options_.max_first_views) firsts_.push_back({frame});
 }
 
 std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
@@ -136,7 +181,7 @@ Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution
 }
 
 InitialMapRequest Initialiser::MakeRequest(const TwoViewSolution& solution) const {
-  InitialMapRequest request{*first_, candidate_->second, solution.b_from_a, {}};
+  InitialMapRequest request{candidate_->first, candidate_->second, solution.b_from_a, {}};
   for (size_t i = 0; i < candidate_->matches.size(); ++i) {
     if (!solution.valid[i]) continue;
     request.points.push_back(

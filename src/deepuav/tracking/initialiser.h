@@ -13,9 +13,13 @@ namespace deepuav {
 
 struct InitialiserOptions {
   int min_keypoints = 100;         ///< A frame with fewer starts nothing.
-  int min_matches = 60;            ///< To the first view; fewer: a later frame becomes the first.
+  int min_matches = 60;            ///< To the first view, of a second.
+  int max_first_views = 5;         ///< Held at a time: one may be blurred, or soon out of sight.
+  int max_unmatched_frames = 10;   ///< In a row, with too few matches or too few that agree.
   int max_first_age_frames = 120;  ///< An older first view is replaced.
-  int max_second_age_frames = 10;  ///< A pair that no later frame confirmed by then is given up.
+  /// A pair that no later frame confirmed by then, or by as many frames as lie between its views if
+  /// that is more, is given up: a slow camera needs as long again.
+  int max_second_age_frames = 10;
   double min_confirmed_ratio =
       0.7;  ///< Of the points matched in the third view, those that reproject well.
   int min_confirmed = 40;
@@ -30,12 +34,15 @@ struct InitialiserOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_keypoints", min_keypoints, "", "key points of a first view");
-    visit("min_matches", min_matches, "",
-          "matches to the first view, below which a later frame becomes the first");
+    visit("min_matches", min_matches, "", "matches of a second view to the first");
+    visit("max_first_views", max_first_views, "", "first views held at a time");
+    visit(
+        "max_unmatched_frames", max_unmatched_frames, "",
+        "frames in a row with too few matches, or too few that agree, that a first view outlasts");
     visit("max_first_age_frames", max_first_age_frames, "",
           "frames after which a first view is replaced");
     visit("max_second_age_frames", max_second_age_frames, "",
-          "frames within which a third view must confirm");
+          "frames within which a third view must confirm, or as many as lie between the first two");
     visit("min_confirmed_ratio", min_confirmed_ratio, "",
           "share of the matched points that the third view confirms");
     visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least");
@@ -60,8 +67,13 @@ class Initialiser {
   std::optional<InitialMapRequest> Add(const Frame& frame, std::string* waiting_for);
 
  private:
+  struct FirstView {
+    Frame frame;
+    int unmatched_frames = 0;  ///< The last ones, in a row, of which too few matches agree.
+  };
+
   struct Candidate {
-    Frame second;
+    Frame first, second;
     std::vector<Match> matches;  ///< first -> second
     TwoViewResult result;
   };
@@ -76,12 +88,15 @@ class Initialiser {
   Confirmation ConfirmBy(const TwoViewSolution& solution, const Frame& third,
                          const std::vector<Match>& second_to_third) const;
   void Propose(const Frame& second, std::string* waiting_for);
+  bool ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
+  void UpdateFirstViews(const Frame& frame);
+  void ForgetOldViews(FrameId now);
   InitialMapRequest MakeRequest(const TwoViewSolution& solution) const;
 
   const Pinhole pinhole_;
   const InitialiserOptions options_;
   Matcher* matcher_;
-  std::optional<Frame> first_;
+  std::vector<FirstView> firsts_;  ///< From the oldest on.
   std::optional<Candidate> candidate_;
 };
 

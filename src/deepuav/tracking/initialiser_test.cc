@@ -1,5 +1,7 @@
 #include "deepuav/tracking/initialiser.h"
 
+#include <functional>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -190,6 +192,83 @@ TEST(Initialiser, StartsFromALaterViewWhereTheFirstOnesShowNothing) {
   ExpectTrue(*request, poses);
 }
 
+InitialiserOptions FirstViews(int most, int unmatched_frames) {
+  InitialiserOptions options;
+  options.max_first_views = most;
+  options.max_unmatched_frames = unmatched_frames;
+  return options;
+}
+
+/// Of a path to the side, on which `bad` says of a frame's number whether it shows nothing of the
+/// others.
+Start FeedSlowly(double step_m, const InitialiserOptions& options, const FeatureNoise& bad_noise,
+                 const std::function<bool(int)>& bad) {
+  const FeatureWorld world = BoxWorld();
+  const FeatureNoise good_noise{0.5, 0.3, 0, 50};
+  Random random(5);
+  NearestNeighbourMatcher matcher({});
+  Initialiser initialiser(world.world().pinhole, options, &matcher);
+  Start start;
+  while (start.frames < 120 && !start.request) {
+    const SE3 pose = At({step_m * start.frames, 0, 0});
+    const FeatureNoise& noise = bad(start.frames) ? bad_noise : good_noise;
+    start.request = initialiser.Add(FrameOf(start.frames++, world.View(pose, noise, &random)),
+                                    &start.waiting_for);
+  }
+  return start;
+}
+
+TEST(Initialiser, StartsWhereTheCameraIsSlow) {
+  const Start start = FeedSlowly(0.015, {}, {}, [](int) { return false; });
+  ASSERT_TRUE(start.request) << start.waiting_for;
+  EXPECT_GT(start.request->second.id.value, 34) << "faster than 3 degrees in 10 / 0.3 frames";
+}
+
+TEST(Initialiser, FirstViewsOutlastFramesThatShowNothingOfThem) {
+  const FeatureNoise no_matches{.descriptor = 20}, wrong_matches{.swapped_ratio = 0.97};
+  const auto starts = [](int most, int unmatched_frames, const FeatureNoise& bad) {
+    const auto every_third = [](int frame) { return frame % 3 == 0; };
+    return FeedSlowly(0.04, FirstViews(most, unmatched_frames), bad, every_third)
+        .request.has_value();
+  };
+  EXPECT_TRUE(starts(5, 3, no_matches));
+  EXPECT_TRUE(starts(5, 3, wrong_matches));
+  EXPECT_TRUE(starts(1, 1, no_matches));
+  EXPECT_FALSE(starts(1, 0, no_matches)) << "the path is too fast to need what is tested";
+}
+
+TEST(Initialiser, AFrameThatMatchesNoFirstViewIsOneToo) {
+  const auto first_frame_is_bad = [](int frame) { return frame == 0; };
+  const Start several = FeedSlowly(0.04, FirstViews(5, 3), {.descriptor = 20}, first_frame_is_bad);
+  ASSERT_TRUE(several.request) << several.waiting_for;
+  EXPECT_EQ(several.request->first.id.value, 1);
+  const Start one = FeedSlowly(0.04, FirstViews(1, 3), {.descriptor = 20}, first_frame_is_bad);
+  ASSERT_TRUE(one.request) << one.waiting_for;
+  EXPECT_EQ(one.request->first.id.value, 4) << "the first one is held for three frames";
+}
+
+TEST(Initialiser, GivesUpViewsThatGrewOld) {
+  const FeatureWorld world = BoxWorld();
+  Random random(5);
+  NearestNeighbourMatcher matcher({});
+  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  const auto add = [&](int64_t id, double metres, std::string* waiting_for) {
+    const SyntheticView view = world.View(At({metres, 0, 0}), {0.5, 0.3, 0, 50}, &random);
+    return initialiser.Add(FrameOf(id, view), waiting_for);
+  };
+  std::string waiting_for;
+  EXPECT_FALSE(add(0, 0, &waiting_for));
+  EXPECT_FALSE(add(121, 1.5, &waiting_for));
+  EXPECT_EQ(waiting_for, "a second view");
+  EXPECT_FALSE(add(122, 3, &waiting_for));
+  EXPECT_EQ(waiting_for, "a third view that confirms the first two");
+  EXPECT_FALSE(add(133, 4, &waiting_for)) << "the second view is 11 frames old";
+  const auto request = add(134, 5.5, &waiting_for);
+  ASSERT_TRUE(request) << waiting_for;
+  EXPECT_EQ(request->first.id.value, 121);
+  EXPECT_EQ(request->second.id.value, 133);
+}
+
 TEST(Initialiser, ForgetsItsViewsOnReset) {
   const FeatureWorld world = BoxWorld();
   Random random(9);
@@ -225,6 +304,8 @@ TEST(InitialiserOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(InitialiserOptions().Check());
   EXPECT_THROW(OptionsWith(&InitialiserOptions::min_keypoints, 7).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::max_first_age_frames, 1).Check(), Error);
+  EXPECT_THROW(OptionsWith(&InitialiserOptions::max_first_views, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&InitialiserOptions::max_unmatched_frames, -1).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::min_confirmed_ratio, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::min_lead, 0.5).Check(), Error);
 }
