@@ -13,10 +13,10 @@ namespace deepuav {
 
 struct InitialiserOptions {
   int min_keypoints = 100;         ///< A frame with fewer starts nothing.
-  int min_matches = 60;            ///< To the first view, of a second.
+  int min_matches = 60;            ///< Of a second view to a first.
   int max_first_views = 5;         ///< Held at a time: one may be blurred, or soon out of sight.
   int max_unmatched_frames = 10;   ///< In a row, with too few matches or too few that agree.
-  int max_first_age_frames = 120;  ///< An older first view is replaced.
+  int max_first_age_frames = 120;  ///< An older first view is dropped.
   /// A pair that no later frame confirmed by then, or by as many frames as lie between its views if
   /// that is more, is given up: a slow camera needs as long again.
   int max_second_age_frames = 10;
@@ -34,13 +34,13 @@ struct InitialiserOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_keypoints", min_keypoints, "", "key points of a first view");
-    visit("min_matches", min_matches, "", "matches of a second view to the first");
+    visit("min_matches", min_matches, "", "matches of a second view to a first");
     visit("max_first_views", max_first_views, "", "first views held at a time");
     visit(
         "max_unmatched_frames", max_unmatched_frames, "",
         "frames in a row with too few matches, or too few that agree, that a first view outlasts");
     visit("max_first_age_frames", max_first_age_frames, "",
-          "frames after which a first view is replaced");
+          "frames after which a first view is dropped");
     visit("max_second_age_frames", max_second_age_frames, "",
           "frames within which a third view must confirm, or as many as lie between the first two");
     visit("min_confirmed_ratio", min_confirmed_ratio, "",

@@ -1,9 +1,9 @@
 #include "deepuav/tracking/initialiser.h"
 
-#include <functional>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <functional>
 
 #include "deepuav/base/error.h"
 #include "deepuav/matching/nearest_neighbour.h"
