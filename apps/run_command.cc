@@ -12,6 +12,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/map_origin.h"
+#include "deepuav/io/options_file.h"
 #include "interruption.h"
 #include "progress_bar.h"
 #include "run_options.h"
@@ -93,6 +94,10 @@ void Run(const RunArguments& arguments) {
   options.system.localise_only |= arguments.localise_only;
   if (options.system.localise_only && arguments.map.empty())
     throw CLI::ValidationError("option system.localise_only: expected --map with it");
+  if (options.system.localise_only && !RecognisesPlaces(options))
+    throw CLI::ValidationError(
+        "option system.localise_only: expected places.vocabulary and looping.enabled with it, by "
+        "which the map is found");
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
@@ -127,6 +132,7 @@ void Run(const RunArguments& arguments) {
                  0,
                  0,
                  OptionTexts(registry),
+                 OptionsAsYaml(registry),
                  origin,
                  first_new_keyframe};
   std::optional<ProgressBar> bar(images.count());

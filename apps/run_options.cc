@@ -19,11 +19,11 @@ std::string DefaultCacheFolder() {
   return "";
 }
 
-bool NeedsVocabulary(const RunOptions& options) {
+}  // namespace
+
+bool RecognisesPlaces(const RunOptions& options) {
   return !options.places.vocabulary.empty() && options.system.looping.enabled;
 }
-
-}  // namespace
 
 bool NeedsSuperGlue(const RunOptions& options) { return options.matcher.method == "superglue"; }
 
@@ -87,7 +87,7 @@ std::vector<UsedModel> CheckModels(const RunOptions& options) {
   const ModelRegistry& models = ShippedModels();
   std::vector<UsedModel> used = {{"features", models.Check(options.features.model)}};
   if (NeedsSuperGlue(options)) used.push_back({"matcher", models.Check(options.superglue.model)});
-  if (NeedsVocabulary(options))
+  if (RecognisesPlaces(options))
     used.push_back({"vocabulary", models.Check(options.places.vocabulary)});
   return used;
 }
@@ -103,7 +103,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
       extractor_(camera, options.features, options.inference),
       matcher_(MakeMatcher(options, camera)),
       vocabulary_file_(options.places.vocabulary) {
-  if (!NeedsVocabulary(options)) return;
+  if (!RecognisesPlaces(options)) return;
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
   if (vocabulary_->dimension() != extractor_.dimension()) {
     throw Error("{}: is for descriptors of dimension {}: expected {} as {} gives", vocabulary_file_,

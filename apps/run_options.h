@@ -62,6 +62,8 @@ struct RunOptions {
 /// error of wrong use for options that are unknown or impossible.
 void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry);
 
+/// Without, a lost camera finds itself no more and no map is found again.
+bool RecognisesPlaces(const RunOptions& options);
 bool NeedsSuperGlue(const RunOptions& options);
 
 std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry);

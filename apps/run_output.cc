@@ -204,6 +204,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
     WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result, facts.first_new_keyframe));
   });
   attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
+  attempt([&] { WriteFileAtomically(folder / "options.yaml", facts.options_yaml); });
   attempt([&] {
     WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
   });

@@ -23,15 +23,16 @@ struct RunFacts {
   double wall_s = 0;
   double start_up_s = 0;  ///< From the start of the program to the first frame's features.
   std::map<std::string, std::string> options;
+  std::string options_yaml;  ///< The same, for a person and for --config.
   MapOrigin map_origin;
   KeyframeId first_new_keyframe;  ///< Keyframes before it come from maps that were loaded.
 };
 
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
-/// frames.csv, timings.csv, summary.json. The first three hold the map in which most frames lie;
-/// the frames of another map N go into trajectory-map-N.txt. Maps are numbered as in map.deepuav;
-/// keyframes are those of this run. Each file appears only once it is
-/// complete. Throws Error naming the first file that could not be written, after all others.
+/// frames.csv, timings.csv, options.yaml, summary.json. The first three hold the map in which most
+/// frames lie; the frames of another map N go into trajectory-map-N.txt. Maps are numbered as in
+/// map.deepuav; keyframes are those of this run. Each file appears only once it is complete. Throws
+/// Error naming the first file that could not be written, after all others.
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts);
 

@@ -31,7 +31,7 @@ SKIPPED = 77
 FAILURE, WRONG_USE = 1, 2
 LOG_LINE = re.compile(r"(info|warning|error): ")
 OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "timings.csv",
-                "summary.json"}
+                "options.yaml", "summary.json"}
 REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv")
 
 DEEPUAV = None
@@ -182,6 +182,13 @@ class Usage(CommandTest):
                 self.expect_failure(call("run", "nowhere", "--out", self.out, *sets), *parts, status=WRONG_USE)
         self.assertFalse(self.out.exists())
 
+    def test_localising_without_places(self):
+        for assignment in ("places.vocabulary=", "looping.enabled=false"):
+            with self.subTest(assignment=assignment):
+                self.expect_failure(call("run", "nowhere", "--out", self.out, "--map", "nowhere", "--localise-only",
+                                         "--set", assignment), "system.localise_only", "looping.enabled",
+                                    status=WRONG_USE)
+
     def test_wrong_options_file(self):
         file = self.folder / "options.yaml"
         run = ["run", "nowhere", "--out", self.out, "--config", file]
@@ -319,6 +326,12 @@ class Run(CommandTest):
         summary = self.check_output(self.short_out)
         self.assertEqual(summary["frames"]["images"], len(self.short_frames))
         self.assertFalse(summary["stopped_early"])
+
+    def test_options_of_a_run_repeat_it(self):
+        self.expect_success(call("run", self.short, "--out", self.out, "--config", self.short_out / "options.yaml"))
+        self.assertEqual(summary_of(self.out)["options"], summary_of(self.short_out)["options"])
+        for name in (*REPRODUCIBLE_FILES, "options.yaml"):
+            self.assertEqual((self.out / name).read_bytes(), (self.short_out / name).read_bytes(), name)
 
     def test_schedules_give_the_same_bytes(self):
         outs = []

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/atomic_file.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/io/yaml_map.h"
 
@@ -122,10 +121,6 @@ std::string OptionsAsYaml(const OptionRegistry& options) {
                         YamlScalar(entry.get()), unit, OneLine(entry.meaning));
   }
   return yaml;
-}
-
-void WriteOptionsFile(const std::filesystem::path& file, const OptionRegistry& options) {
-  WriteFileAtomically(file, OptionsAsYaml(options));
 }
 
 }  // namespace deepuav

@@ -16,7 +16,4 @@ void LoadOptionsFile(const std::filesystem::path& file, OptionRegistry* options)
 /// The options as YAML that LoadOptionsFile reads, each with its unit and meaning as a comment.
 std::string OptionsAsYaml(const OptionRegistry& options);
 
-/// OptionsAsYaml to a file, atomically. Throws Error naming the file.
-void WriteOptionsFile(const std::filesystem::path& file, const OptionRegistry& options);
-
 }  // namespace deepuav

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "deepuav/io/atomic_file.h"
 #include "deepuav/io/testing/io_test_support.h"
 
 namespace deepuav {
@@ -98,7 +99,7 @@ TEST_F(OptionsFileTest, SurvivesWritingAndLoading) {
                            "-0.5", "ünï", "~", "true"}) {
     tracking_ = {.keypoints = 7, .parallax_deg = -1e-9, .refine = false, .features = text};
     const auto file = folder_.path() / "written.yaml";
-    WriteOptionsFile(file, registry_);
+    WriteFileAtomically(file, OptionsAsYaml(registry_));
     tracking_ = {};
     LoadOptionsFile(file, &registry_);
     EXPECT_EQ(tracking_.features, text) << ReadAll(file);

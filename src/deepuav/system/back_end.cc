@@ -30,8 +30,8 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
 }
 
 void BackEnd::StartAdjustment(MapId map) {
-  adjustment_ =
-      std::make_unique<PendingAdjustment>(mapper_->PrepareAdjustment(map), adjust_beside_, stages_);
+  adjustment_ = std::make_unique<PendingAdjustment>(mapper_->PrepareAdjustment(map), adjust_beside_,
+                                                    stages_, stop_);
 }
 
 void BackEnd::FinishAdjustment() {

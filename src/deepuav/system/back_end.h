@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -26,6 +27,9 @@ class BackEnd {
   /// From now on global adjustments are computed beside the rest and taken over after exactly so
   /// many keyframes, or (`as_soon_as_ready`) with the first keyframe after they are there.
   void AdjustBeside(bool as_soon_as_ready);
+
+  /// Global adjustments end, with what they have reached, once `stop` (asked in any thread) is true.
+  void StopWhen(std::function<bool()> stop) { stop_ = std::move(stop); }
 
   /// Nothing when the two views do not hold as a map.
   LocalMapPtr StartMap(const InitialMapRequest& request);
@@ -58,6 +62,7 @@ class BackEnd {
   std::optional<Newest> newest_;
   const int adjustment_delay_keyframes_;
   bool adjust_beside_ = false, adjust_as_soon_as_ready_ = false;
+  std::function<bool()> stop_;
   std::unique_ptr<PendingAdjustment> adjustment_;
   int closed_loops_ = 0, merged_maps_ = 0;
 };

@@ -194,6 +194,30 @@ TEST_F(PendingAdjustmentTest, StopsWhenItIsGivenUp) {
   EXPECT_LT(times_.last_s, whole_s / 3);
 }
 
+TEST_F(PendingAdjustmentTest, EndsWithWhatItHasWhenItIsStopped) {
+  const GlobalAdjustment prepared = Prepare();
+  PendingAdjustment(prepared, true, &times_).Get();
+  const double whole_s = times_.last_s;
+  for (const bool on_own_thread : {false, true}) {
+    PendingAdjustment pending(prepared, on_own_thread, &times_, [] { return true; });
+    EXPECT_EQ(pending.Get().map(), place_.map);
+    EXPECT_LT(times_.last_s, whole_s / 3);
+  }
+}
+
+TEST_F(BackEndTest, AStoppedRunDoesNotWaitForAGlobalAdjustment) {
+  BackEnd back_end = MakeBackEnd();
+  int asked = 0;
+  back_end.StopWhen([&asked] {
+    ++asked;
+    return true;
+  });
+  SequentialLane lane(&back_end);
+  for (const double x : {3.5, 4.5, 5.5}) lane.Submit(Request(x));
+  EXPECT_EQ(back_end.merged_maps(), 1);
+  EXPECT_GT(asked, 0);
+}
+
 TEST(SharedMatcher, LetsOneThreadInAtATime) {
   class Watched : public Matcher {
    public:

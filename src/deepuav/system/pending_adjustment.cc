@@ -5,18 +5,18 @@
 namespace deepuav {
 
 PendingAdjustment::PendingAdjustment(GlobalAdjustment adjustment, bool on_own_thread,
-                                     StageListener* stages)
+                                     StageListener* stages, std::function<bool()> stop)
     : adjustment_(std::move(adjustment)) {
-  const auto compute = [this, stages] {
+  const auto compute = [this, stages, stop = std::move(stop)] {
     const StageScope stage(stages, "global bundle adjustment");
-    adjustment_.Compute([this] { return stop_.load(); });
+    adjustment_.Compute([&] { return given_up_ || (stop && stop()); });
   };
   computed_ = std::async(std::launch::async, compute);
   if (!on_own_thread) computed_.wait();
 }
 
 PendingAdjustment::~PendingAdjustment() {
-  stop_ = true;
+  given_up_ = true;
   if (computed_.valid()) computed_.wait();
 }
 

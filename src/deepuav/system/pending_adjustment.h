@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <future>
 
 #include "deepuav/base/stages.h"
@@ -11,8 +12,10 @@ namespace deepuav {
 /// A global adjustment that is being computed: at once, or on a thread of its own.
 class PendingAdjustment {
  public:
-  /// `stages` (may be null) must outlive it.
-  PendingAdjustment(GlobalAdjustment adjustment, bool on_own_thread, StageListener* stages);
+  /// `stages` (may be null) must outlive it. `stop` (may be empty) is asked between the steps, in the
+  /// thread that computes; what is reached by then is the result.
+  PendingAdjustment(GlobalAdjustment adjustment, bool on_own_thread, StageListener* stages,
+                    std::function<bool()> stop = nullptr);
   /// Gives up what is not finished.
   ~PendingAdjustment();
 
@@ -25,7 +28,7 @@ class PendingAdjustment {
 
  private:
   GlobalAdjustment adjustment_;
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> given_up_{false};
   std::future<void> computed_;
 };
 

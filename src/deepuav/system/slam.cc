@@ -1,6 +1,7 @@
 #include "deepuav/system/slam.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "deepuav/base/error.h"
@@ -115,8 +116,11 @@ void Slam::Load(Atlas atlas) {
 SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& progress,
                      const std::function<bool()>& stop) {
   SlamResult result;
-  LiveImages live_images(images, stop);
+  // Asked by the thread of the images, which may wait for the next one's time.
+  std::atomic<bool> ended{false};
+  LiveImages live_images(images, [&ended, &stop] { return ended || (stop && stop()); });
   const bool live = schedule == Schedule::kLive;
+  back_end_.StopWhen(stop);
   {
     SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_);
     std::optional<PrefetchingFeed> prefetching;
@@ -130,6 +134,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     }
     FrameFeed* feed = prefetching ? static_cast<FrameFeed*>(&*prefetching) : &sequential;
     ProcessAll(feed, mapping.get(), live, progress, stop, &result);
+    ended = true;
   }
   Finish(stop, &result);
   result.skipped_late = live_images.skipped();

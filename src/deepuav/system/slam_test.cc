@@ -236,6 +236,27 @@ TEST(Slam, LiveSkipsAndCountsWhatComesTooFast) {
   EXPECT_EQ(run.result.frames.size(), given.size());
 }
 
+TEST(Slam, AFailedLiveRunDoesNotWaitForTheNextImage) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(3), kNoise, 7);
+  flight.frame_interval_s = 60;
+  const Stopwatch watch;
+  const Outcome run = Fly(flight, Schedule::kLive, {},
+                          [](const FrameRecord&) { throw Error("no room on the screen"); });
+  EXPECT_EQ(run.result.failure, "no room on the screen");
+  EXPECT_LT(watch.Seconds(), 30);
+}
+
+TEST(Slam, LocatesNothingAtTheEndWhereNoGapMayBeBridged) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 7);
+  SystemOptions options;
+  options.max_gap_frames = 0;
+  const Outcome run = Fly(flight, Schedule::kSequential, options);
+  EXPECT_GT(Located(run.result), 0);
+  for (const FrameRecord& record : run.result.frames)
+    EXPECT_EQ(record.located(), record.tracked_online) << record.id.value;
+  EXPECT_GT(Located(Fly(flight).result), Located(run.result));
+}
+
 TEST(Slam, StartsASecondMapWhenLostForLong) {
   const FeatureWorld world = BoxWorld();
   SyntheticFlight flight = MakeFlight(world, WeavingPath(130), kNoise, 8);

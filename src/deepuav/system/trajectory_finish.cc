@@ -54,7 +54,7 @@ void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records
     FrameRecord& record = (*records)[static_cast<size_t>(i)];
     if (!record.located()) {
       if (stop && stop()) return;
-      const bool reachable = neighbour && record.features && misses <= max_gap_frames_;
+      const bool reachable = neighbour && record.features && misses < max_gap_frames_;
       if (!reachable || !Locate(*neighbour, misses == 0 ? before : nullptr, &record)) {
         ++misses;
         continue;
