@@ -28,7 +28,8 @@ class BackEnd {
   /// many keyframes, or (`as_soon_as_ready`) with the first keyframe after they are there.
   void AdjustBeside(bool as_soon_as_ready);
 
-  /// Global adjustments end, with what they have reached, once `stop` (asked in any thread) is true.
+  /// Global adjustments end, with what they have reached, once `stop` (asked in any thread) is
+  /// true.
   void StopWhen(std::function<bool()> stop) { stop_ = std::move(stop); }
 
   /// Nothing when the two views do not hold as a map.

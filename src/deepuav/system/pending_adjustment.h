@@ -12,8 +12,8 @@ namespace deepuav {
 /// A global adjustment that is being computed: at once, or on a thread of its own.
 class PendingAdjustment {
  public:
-  /// `stages` (may be null) must outlive it. `stop` (may be empty) is asked between the steps, in the
-  /// thread that computes; what is reached by then is the result.
+  /// `stages` (may be null) must outlive it. `stop` (may be empty) is asked between the steps, in
+  /// the thread that computes; what is reached by then is the result.
   PendingAdjustment(GlobalAdjustment adjustment, bool on_own_thread, StageListener* stages,
                     std::function<bool()> stop = nullptr);
   /// Gives up what is not finished.

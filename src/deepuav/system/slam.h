@@ -119,9 +119,9 @@ class Slam {
   /// Starts from maps that are there: the first frames are looked for in them.
   void Load(Atlas atlas);
 
-  /// Runs over all images. `stop` is asked before each frame, in other threads too while an image is
-  /// waited for or the whole map is adjusted; once it says true the run ends as if there were no more,
-  /// but for a limit on the time that finishing takes.
+  /// Runs over all images. `stop` is asked before each frame, in other threads too while an image
+  /// is waited for or the whole map is adjusted; once it says true the run ends as if there were no
+  /// more, but for a limit on the time that finishing takes.
   SlamResult Run(ImageSource* images, Schedule schedule, const Progress& progress = nullptr,
                  const std::function<bool()>& stop = nullptr);
 
