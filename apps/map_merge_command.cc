@@ -60,6 +60,7 @@ void Merge(const MergeArguments& arguments) {
   ShippedModels().Check(options.places.vocabulary);
   if (NeedsSuperGlue(options)) ShippedModels().Check(options.superglue.model);
   const Vocabulary vocabulary = Vocabulary::Load(options.places.vocabulary);
+  RefuseInputAsOutput(arguments.out, {arguments.files.begin(), arguments.files.end()});
   std::vector<MapId> newer;
   LoadedAtlas all = LoadAll(arguments.files, &newer);
   ProbeOutput(arguments.out);

@@ -364,6 +364,7 @@ class Export(MapTest):
         copy = self.folder / "map.deepuav"
         shutil.copy(self.map, copy)
         self.expect_failure(("map", "export", copy, "--format", "ply", "--out", copy), "map.deepuav", "is the input")
+        self.expect_failure(("map", "merge", self.map, copy, "--out", copy), "map.deepuav", "is the input")
         self.assertEqual(copy.read_bytes(), self.map.read_bytes())
 
     def test_merge_finds_at_once_that_nothing_can_be_written(self):
