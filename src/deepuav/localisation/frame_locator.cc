@@ -87,10 +87,8 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
     LocatedFrame refined = RefineInRounds(frame, grid, local_map, *coarse);
     if (refined.seen.size() > located.seen.size()) located = std::move(refined);
   };
-  const std::optional<CoarsePose> predicted = FollowPrediction(frame, grid, local_map, prior);
-  refine_if_better(predicted);
-  if (!predicted || IsDoubtful(*predicted, prior))
-    refine_if_better(MatchReference(frame, local_map, prior));
+  refine_if_better(FollowPrediction(frame, grid, local_map, prior));
+  if (IsDoubtful(located, prior)) refine_if_better(MatchReference(frame, local_map, prior));
   if (located.seen.empty()) {
     if (reason) *reason = fmt::format("no pose from {} key points", frame.features->size());
     return std::nullopt;
@@ -102,9 +100,10 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
   return located;
 }
 
-bool FrameLocator::IsDoubtful(const CoarsePose& predicted, const LocationPrior& prior) const {
-  return static_cast<double>(predicted.seen.size()) <
-         options_.min_predicted_share * static_cast<double>(prior.landmarks.size());
+bool FrameLocator::IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const {
+  const auto seen = static_cast<double>(located.seen.size());
+  return seen < options_.min_inliers ||
+         seen < options_.min_predicted_share * static_cast<double>(prior.landmarks.size());
 }
 
 std::optional<CoarsePose> FrameLocator::FollowPrediction(const Frame& frame,

@@ -22,8 +22,8 @@ struct LocatorOptions {
   int min_predicted_inliers =
       20;  ///< Fewer: the prediction is given up for the reference keyframe.
   double min_predicted_ratio = 0.5;  ///< Inliers over matches of the prediction; less: likewise.
-  double min_predicted_share = 0.2;  ///< Inliers over the landmarks it was looked for; less: it
-                                     ///< must prove itself against the reference keyframe.
+  double min_predicted_share = 0.5;  ///< Landmarks seen over those of the neighbouring frame; less:
+                                     ///< the prediction must prove itself against the reference.
   int min_inliers = 25;              ///< Fewer at the end: not located.
   int reference_tries = 3;           ///< Keyframes matched without prediction before giving up.
   int local_rounds =
@@ -46,7 +46,8 @@ struct LocatorOptions {
     visit("min_predicted_ratio", min_predicted_ratio, "",
           "inliers over matches below which a prediction is given up");
     visit("min_predicted_share", min_predicted_share, "",
-          "inliers over landmarks looked for, below which a prediction must prove itself");
+          "landmarks seen over those of the frame before, below which a prediction must prove "
+          "itself");
     visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least");
     visit("reference_tries", reference_tries, "",
           "keyframes matched without prediction before giving up");
@@ -115,9 +116,8 @@ class FrameLocator {
   std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid,
                                              const LocalMap& local_map,
                                              const LocationPrior& prior) const;
-  /// Whether a pose found by prediction agrees with so little of what was looked for that it may be
-  /// chance.
-  bool IsDoubtful(const CoarsePose& predicted, const LocationPrior& prior) const;
+  /// Whether a frame shows so little beside its neighbour that its matches may be chance.
+  bool IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const;
   std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
                                            const LocationPrior& prior);
   std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map,

@@ -173,6 +173,20 @@ TEST_F(FrameLocatorTest, DoesNotTrustAPredictionThatHardlyAnythingConfirms) {
             0.5);
 }
 
+TEST_F(FrameLocatorTest, MatchesTheReferenceWhereAPredictionShowsTooFew) {
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
+  LocationPrior prior = PriorAt(truth_);
+  // Enough for the prediction, too few for a pose; the window is too small to find others.
+  LocatorOptions options;
+  options.local_radius_px = 1e-6;
+  prior.landmarks.resize(static_cast<size_t>(options.min_inliers - 1));
+  FrameLocator locator(world_.camera(), options, &matcher_, nullptr);
+  const auto located = locator.Locate(FrameOf(20, view), *local_map_, prior);
+  ASSERT_TRUE(located);
+  EXPECT_GT(matcher_.calls, 0);
+  ExpectRight(*located, view, 0);
+}
+
 TEST_F(FrameLocatorTest, MatchesTheReferenceWhereNothingIsPredicted) {
   const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 0}, &random_);
   const auto located = Locate(view, {});

@@ -85,7 +85,7 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
   }
 
   const Sim3 cam_from_centre(finding.cam_from_place_world * centre.cam_from_world.Inverse());
-  const double ratio = MedianDepthRatio(pairs, cam_from_centre);
+  const double ratio = options_.sim3.fixed_scale ? 1 : MedianDepthRatio(pairs, cam_from_centre);
   const Sim3 initial = Sim3(SE3(), ratio) * cam_from_centre;
   const Sim3OptimisationResult refined = OptimizeSim3(pinhole_, pairs, initial, options_.sim3);
   const bool agree = refined.inlier_count >= options_.min_pairs &&

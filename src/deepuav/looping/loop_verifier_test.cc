@@ -91,6 +91,22 @@ TEST_F(LoopVerifierTest, FindsTheDriftOfALoopInOneMap) {
                 Mapped(second, second.keyframes[3]));
 }
 
+TEST_F(LoopVerifierTest, LeavesTheScaleOfMetricMapsAlone) {
+  VerifierOptions options;
+  options.sim3.fixed_scale = true;
+  LoopVerifier verifier(world_.world().pinhole, options, &relocaliser_);
+  for (const double scale : {1.004, 1.5}) {
+    const Visit second =
+        AddSecond(made_.AddMap(), Sim3(scale, Eigen::Quaterniond::Identity(), {3, -2, 1}));
+    const auto finding = verifier.Verify(made_.atlas, second.map, second.keyframes[3], {},
+                                         {{{place_.map, place_.keyframes[4], 0.3}}}, &reason_);
+    ASSERT_EQ(finding.has_value(), scale < 1.1) << reason_;
+    if (finding) {
+      EXPECT_EQ(finding->place_from_map_world.scale(), 1);
+    }
+  }
+}
+
 TEST_F(LoopVerifierTest, FindsThePlaceUnderAnotherHeading) {
   const MapId other = made_.AddMap();
   std::vector<SE3> poses;

@@ -1,5 +1,6 @@
 #include "deepuav/system/frame_record.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace deepuav {
@@ -11,10 +12,8 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.time = frame.time;
   record.state = result.state;
   record.reason = result.reason;
-  if (!result.pose) {
-    record.features = frame.features;
-    return record;
-  }
+  record.features = frame.features;
+  if (!result.pose) return record;
   record.tracked_online = true;
   record.map = result.pose->map;
   record.pose = result.pose->anchored;
@@ -25,6 +24,12 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
     record.seen.push_back({match.landmark, keypoint.px, keypoint.sigma_px});
   }
   return record;
+}
+
+bool SeesLittle(const FrameRecord& before, const FrameRecord& record, const FrameRecord& after,
+                double min_share) {
+  const int most = std::max(before.landmark_count, after.landmark_count);
+  return record.landmark_count < min_share * most;
 }
 
 void Thin(int max_seen, FrameRecord* record) {

@@ -29,12 +29,17 @@ struct FrameRecord {
   SE3 cam_from_world;                        ///< Valid once the trajectory was finished.
   int landmark_count = 0;                    ///< That spoke for the pose.
   std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
-  std::shared_ptr<const Features> features;  ///< Kept only while the frame has no pose.
+  std::shared_ptr<const Features> features;  ///< Kept where the pose is missing or doubtful.
 
   bool located() const { return map.valid(); }
 };
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
+
+/// Whether a frame sees so few landmarks beside its neighbours, less than this share of one's, that
+/// its pose may be wrong.
+bool SeesLittle(const FrameRecord& before, const FrameRecord& record, const FrameRecord& after,
+                double min_share);
 
 /// Keeps `max_seen` of what the frame saw, spread evenly.
 void Thin(int max_seen, FrameRecord* record);

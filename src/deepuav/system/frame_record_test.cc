@@ -37,5 +37,13 @@ TEST(Thin, LeavesFewAlone) {
   EXPECT_TRUE(record.seen.empty());
 }
 
+TEST(SeesLittle, ComparesWithTheNeighbourThatSeesMost) {
+  for (const auto& [before, after] : {std::pair{200, 90}, {90, 200}}) {
+    EXPECT_TRUE(SeesLittle(Seeing(before), Seeing(119), Seeing(after), 0.6));
+    EXPECT_FALSE(SeesLittle(Seeing(before), Seeing(120), Seeing(after), 0.6));
+  }
+  EXPECT_FALSE(SeesLittle(Seeing(0), Seeing(30), Seeing(0), 0.6)) << "beside lost frames";
+}
+
 }  // namespace
 }  // namespace deepuav

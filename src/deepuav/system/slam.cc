@@ -24,6 +24,8 @@ void SystemOptions::Check() const {
               "0 or more");
   CheckOption(old_record_landmarks >= 0, "system.old_record_landmarks", old_record_landmarks,
               "0 or more");
+  CheckOption(min_neighbour_share >= 0 && min_neighbour_share <= 1, "system.min_neighbour_share",
+              min_neighbour_share, "0 to 1");
   CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
               "0 or more");
   CheckOption(adjustment_delay_keyframes >= 1, "system.adjustment_delay_keyframes",
@@ -105,6 +107,7 @@ LoopCloser* Slam::MakeLoopCloser() {
 
 void Slam::Load(Atlas atlas) {
   atlas_ = std::move(atlas);
+  first_new_keyframe_.value = atlas_.ids().keyframes;
   mapper_.Resume();
   if (!loop_closer_) return;
   for (MapId map : atlas_.Remaining()) {
@@ -157,7 +160,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
         break;
       }
       result->frames.push_back(Process(*frame, mapping, live));
-      LimitUnlocated(&result->frames);
+      LimitFeatures(&result->frames);
       ThinOld(&result->frames);
       if (progress) progress(result->frames.back());
     }
@@ -263,12 +266,22 @@ void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) 
   keyframe_under_way_.reset();
 }
 
-void Slam::LimitUnlocated(std::vector<FrameRecord>* records) {
-  if (records->back().located()) return;
-  unlocated_.push_back(records->size() - 1);
-  if (static_cast<int>(unlocated_.size()) <= options_.max_unlocated_frames) return;
-  (*records)[unlocated_.front()].features.reset();
-  unlocated_.pop_front();
+void Slam::LimitFeatures(std::vector<FrameRecord>* records) {
+  const size_t last = records->size() - 1;
+  // Only now both neighbours of the frame before are known.
+  if (!with_features_.empty() && with_features_.back() + 1 == last) {
+    FrameRecord& record = (*records)[last - 1];
+    const FrameRecord& before = (*records)[last > 1 ? last - 2 : 0];
+    const bool little = SeesLittle(before, record, (*records)[last], options_.min_neighbour_share);
+    if (record.located() && !little) {
+      record.features.reset();
+      with_features_.pop_back();
+    }
+  }
+  with_features_.push_back(last);
+  if (static_cast<int>(with_features_.size()) <= options_.max_unlocated_frames) return;
+  (*records)[with_features_.front()].features.reset();
+  with_features_.pop_front();
 }
 
 void Slam::ThinOld(std::vector<FrameRecord>* records) const {
@@ -304,7 +317,7 @@ void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<Frame
   thorough.reference_tries = options_.end_reference_tries;
   FrameLocator locator(camera_, thorough, &matcher_, nullptr);
   TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
-                   options_.max_gap_frames, atlas_, &locator)
+                   options_.max_gap_frames, atlas_, first_new_keyframe_, &locator)
       .Finish(records, stop);
 }
 

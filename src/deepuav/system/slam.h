@@ -34,9 +34,11 @@ Schedule ParseSchedule(const std::string& name);
 struct SystemOptions {
   int map_delay_frames =
       1;  ///< Offline, the local map of keyframe k is used from exactly this many frames after k.
-  int frames_ahead = 2;  ///< Frames that may wait for the Tracker (threaded).
+  int frames_ahead = 2;              ///< Frames that may wait for the Tracker (threaded).
+  double min_neighbour_share = 0.7;  ///< Landmarks seen over those of the frame before or after;
+                                     ///< less: the frame is located again at the end.
   int max_unlocated_frames =
-      600;  ///< Frames without a pose whose features are kept to locate them at the end.
+      600;  ///< Frames without a sure pose whose features are kept to locate them at the end.
   int full_record_frames =
       3000;  ///< Latest frames of which all that they saw is kept to refine their poses at the end.
   int old_record_landmarks = 80;  ///< Kept of what an earlier frame saw.
@@ -62,8 +64,11 @@ struct SystemOptions {
     visit("map_delay_frames", map_delay_frames, "",
           "frames after a keyframe from which its local map is used");
     visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
+    visit("min_neighbour_share", min_neighbour_share, "",
+          "landmarks seen over those of a neighbouring frame, below which a frame is located again "
+          "at the end");
     visit("max_unlocated_frames", max_unlocated_frames, "",
-          "frames without a pose that are kept to locate at the end");
+          "frames without a sure pose that are kept to locate at the end");
     visit("full_record_frames", full_record_frames, "",
           "latest frames of which all landmarks seen are kept to refine their poses at the end");
     visit("old_record_landmarks", old_record_landmarks, "", "of these, kept of an earlier frame");
@@ -143,8 +148,9 @@ class Slam {
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
-  /// Lets go of the oldest features kept for frames without a pose, once there are too many.
-  void LimitUnlocated(std::vector<FrameRecord>* records);
+  /// Lets go of the features of frames whose pose is sure, and once there are too many of the
+  /// oldest.
+  void LimitFeatures(std::vector<FrameRecord>* records);
   void ThinOld(std::vector<FrameRecord>* records) const;
   void AdjustAll(const std::function<bool()>& stop);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
@@ -164,9 +170,10 @@ class Slam {
   Relocaliser relocaliser_;
   int relocalisations_ = 0;
   std::optional<Timestamp> turned_at_;  ///< When a lost camera was last looked for turned.
+  KeyframeId first_new_keyframe_{0};    ///< Those before it came with Load.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.
   std::optional<FrameId> keyframe_under_way_;
-  std::deque<size_t> unlocated_;  ///< Records that keep their features, by growing index.
+  std::deque<size_t> with_features_;  ///< Records that keep their features, by growing index.
 };
 
 }  // namespace deepuav

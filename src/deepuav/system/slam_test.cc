@@ -114,6 +114,39 @@ TEST(Slam, FollowsAFlightFromTheFirstFrameToTheLast) {
   }
 }
 
+TEST(Slam, TheTrajectoryHoldsThePosesOfKeyframes) {
+  const Outcome run = Fly(MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3));
+  int keyframes = 0;
+  run.slam->atlas().At({0}).keyframes().ForEach([&](const Keyframe& keyframe) {
+    const FrameRecord& record = run.result.frames[static_cast<size_t>(keyframe.frame.id.value)];
+    if (!record.tracked_online) return;
+    ++keyframes;
+    EXPECT_EQ(record.pose.keyframe, keyframe.id);
+    EXPECT_EQ(record.cam_from_world.translation(), keyframe.cam_from_world.translation());
+  });
+  EXPECT_GT(keyframes, 3);
+}
+
+TEST(Slam, LocatesFramesThatSeeLittleAgainInTheFinishedMap) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3);
+  const auto run_with = [&](double share) {
+    return Fly(flight, Schedule::kSequential,
+               OptionsWith(&SystemOptions::min_neighbour_share, share));
+  };
+  const Outcome never = run_with(0), whenever_less = run_with(1);
+  int seen_before = 0, seen_after = 0;
+  for (size_t i = 0; i < never.result.frames.size(); ++i) {
+    const FrameRecord &before = never.result.frames[i], &after = whenever_less.result.frames[i];
+    EXPECT_EQ(before.tracked_online, after.tracked_online);
+    EXPECT_FALSE(after.features);
+    EXPECT_GE(after.landmark_count, before.landmark_count) << i;
+    seen_before += before.landmark_count;
+    seen_after += after.landmark_count;
+  }
+  EXPECT_GT(seen_after, seen_before);
+  EXPECT_LT(PathError(whenever_less.result, flight), 1.02 * PathError(never.result, flight));
+}
+
 TEST(Slam, FollowsAFlightOverGroundSeenStraightDown) {
   for (const double relief : {0.0, 2.0}) {
     Random random(1);

@@ -9,22 +9,45 @@ namespace deepuav {
 
 TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
                                    const LocalMapOptions& local_map_options, int max_gap_frames,
-                                   const Atlas& atlas, FrameLocator* locator)
+                                   const Atlas& atlas, KeyframeId first_new_keyframe,
+                                   FrameLocator* locator)
     : camera_(camera),
       options_(options),
       local_map_options_(local_map_options),
       max_gap_frames_(max_gap_frames),
       atlas_(atlas),
+      first_new_keyframe_(first_new_keyframe),
       locator_(locator) {}
 
 void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
                               const std::function<bool()>& stop) const {
+  const std::map<FrameId, const Keyframe*> keyframes = TrustedKeyframes();
   for (FrameRecord& record : *records) {
     if (stop && stop()) return;
-    if (record.located()) Refine(&record);
+    if (!record.located()) continue;
+    if (const auto known = keyframes.find(record.id); known != keyframes.end()) {
+      const Keyframe& keyframe = *known->second;
+      record.pose = {keyframe.id, SE3(), keyframe.scale};
+      record.cam_from_world = keyframe.cam_from_world;
+      record.features.reset();
+    } else {
+      Refine(&record);
+    }
   }
+  LocateDoubtful(records, stop);
   LocateTowards(-1, records, stop);
   LocateTowards(+1, records, stop);
+}
+
+std::map<FrameId, const Keyframe*> TrajectoryFinish::TrustedKeyframes() const {
+  std::map<FrameId, const Keyframe*> keyframes;
+  for (MapId map : atlas_.Remaining()) {
+    atlas_.At(map).keyframes().ForEach([&](const Keyframe& keyframe) {
+      if (keyframe.id >= first_new_keyframe_ && keyframe.LandmarkCount() >= options_.min_inliers)
+        keyframes.emplace(keyframe.frame.id, &keyframe);
+    });
+  }
+  return keyframes;
 }
 
 void TrajectoryFinish::Refine(FrameRecord* record) const {
@@ -42,6 +65,24 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
   const bool trusted = refined.inlier_count >= options_.min_inliers;
   record->cam_from_world = trusted ? refined.cam_from_world : initial;
+}
+
+void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,
+                                      const std::function<bool()>& stop) const {
+  const auto in_map = [&](size_t i, MapId map) {
+    return i < records->size() && (*records)[i].map == map;
+  };
+  for (size_t i = 0; i < records->size(); ++i) {
+    FrameRecord& record = (*records)[i];
+    if (!record.located() || !record.features) continue;
+    if (stop && stop()) return;
+    FrameRecord again = record;
+    const bool richer = i > 0 && in_map(i - 1, record.map) && in_map(i + 1, record.map) &&
+                        Locate((*records)[i - 1], &(*records)[i + 1], &again) &&
+                        again.landmark_count > record.landmark_count;
+    if (richer) record = std::move(again);
+    record.features.reset();
+  }
 }
 
 void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records,
@@ -100,8 +141,10 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
     result.pose->matches.push_back(
         {seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});
   }
+  const bool tracked_online = record->tracked_online;
   *record = MakeRecord(frame, result);
-  record->tracked_online = false;
+  record->features.reset();
+  record->tracked_online = tracked_online;
   record->cam_from_world = located->cam_from_world;
   return true;
 }

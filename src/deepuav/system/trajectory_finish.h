@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "deepuav/localisation/frame_locator.h"
@@ -12,18 +13,23 @@ namespace deepuav {
 /// The end of an offline run: gives every record its final pose in its map.
 class TrajectoryFinish {
  public:
-  /// All must outlive it; the map is not changed any more.
+  /// All must outlive it; the map is not changed any more. Keyframes from `first_new_keyframe` on
+  /// are of this run.
   TrajectoryFinish(const Camera& camera, const LocatorOptions& options,
                    const LocalMapOptions& local_map_options, int max_gap_frames, const Atlas& atlas,
-                   FrameLocator* locator);
+                   KeyframeId first_new_keyframe, FrameLocator* locator);
 
-  /// Optimises every located frame once more against the final map, then locates the others
+  /// Takes over the poses of keyframes, optimises every other located frame once more against the
+  /// final map, locates doubtful ones again between their neighbours, then those without a pose
   /// outwards from their located neighbours, first backwards, then forwards, until `stop`, asked
   /// before each, says true.
   void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
  private:
+  /// The keyframes of this run that see enough to be trusted.
+  std::map<FrameId, const Keyframe*> TrustedKeyframes() const;
   void Refine(FrameRecord* record) const;
+  void LocateDoubtful(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
   void LocateTowards(int step, std::vector<FrameRecord>* records,
                      const std::function<bool()>& stop) const;
   bool Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const;
@@ -33,6 +39,7 @@ class TrajectoryFinish {
   const LocalMapOptions local_map_options_;
   const int max_gap_frames_;
   const Atlas& atlas_;
+  const KeyframeId first_new_keyframe_;
   FrameLocator* locator_;
 };
 
