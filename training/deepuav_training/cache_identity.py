@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+import os
 from pathlib import Path
 
 from deepuav_training.data.manifest import SplitConfig
@@ -23,19 +24,35 @@ def photographs_identity(images: str | Path, split: SplitConfig) -> dict:
 
 
 def claim(folder: str | Path, identity: dict) -> None:
-    """Notes what the files of a cache are made of, or checks that it is what is noted.
+    """For who adds files to a cache: notes what they are made of, once `check_claim` finds it right.
 
     Raises:
-        TrainingError: a field that both have differs; names it.
+        TrainingError: as check_claim.
+    """
+    noted = check_claim(folder, identity)
+    wanted = noted | json.loads(json.dumps(identity))
+    if wanted == noted:
+        return
+    path = Path(folder) / _FILE
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(f".partial{os.getpid()}")
+    partial.write_text(json.dumps(wanted, indent=1) + "\n")
+    partial.replace(path)
+
+
+def check_claim(folder: str | Path, identity: dict) -> dict:
+    """For who reads a cache: what is noted of its files, which must not differ from `identity`.
+
+    Raises:
+        TrainingError: a field that both have differs, or the note is damaged; names it.
     """
     path = Path(folder) / _FILE
-    wanted = json.loads(json.dumps(identity))
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(wanted, indent=1) + "\n")
-        return
-    noted = json.loads(path.read_text())
-    for name, value in wanted.items():
+    try:
+        noted = json.loads(path.read_text()) if path.exists() else {}
+    except ValueError as error:
+        raise TrainingError(f"{path}: cannot be read: {error}") from error
+    for name, value in json.loads(json.dumps(identity)).items():
         if name in noted and noted[name] != value:
             raise TrainingError(f"{folder}: was made with {name} {noted[name]}: expected {value}, "
                                 "or another folder")
+    return noted

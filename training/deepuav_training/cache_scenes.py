@@ -22,6 +22,7 @@ from deepuav_training.data.manifest import Photograph, read_manifest, split_phot
 from deepuav_training.data.scenes import Scene, SceneConfig, make_scene
 from deepuav_training.data.terrain import read_height_maps
 from deepuav_training.data.views import load_grey
+from deepuav_training.errors import telling_errors
 from deepuav_training.keypoints import DetectionConfig
 from deepuav_training.label import LabelConfig
 from deepuav_training.runtime import Network
@@ -80,8 +81,7 @@ def scene_identity(config: CacheConfig) -> dict:
     labels = load_config(LabelConfig, config.labels)
     return photographs_identity(labels.images, labels.split) | {
         "seed": config.seed, "scene": dataclasses.asdict(config.scene),
-        "detection": dataclasses.asdict(config.detection),
-        "networks": [file_digest(file) for file in config.networks]}
+        "detection": dataclasses.asdict(config.detection)}
 
 
 def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
@@ -97,7 +97,8 @@ def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
 
 def cache_scenes(config: CacheConfig) -> int:
     """Makes the scenes that do not exist yet; returns how many were made."""
-    claim(config.cache, scene_identity(config))
+    claim(config.cache, scene_identity(config) | {
+        "networks": [file_digest(file) for file in config.networks]})
     source = SceneSource(config)
     networks = [Network(file, config.threads, config.precision) for file in config.networks]
     start, done = time.monotonic(), 0
@@ -118,6 +119,7 @@ def cache_scenes(config: CacheConfig) -> int:
     return done
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)

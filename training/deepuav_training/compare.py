@@ -17,6 +17,7 @@ import cv2
 
 from deepuav_training.cache_identity import file_digest, photographs_identity
 from deepuav_training.config import check_field, from_mapping, load_config
+from deepuav_training.errors import telling_errors
 from deepuav_training.evaluate import SETS, format_row, held_out, measure_sets
 from deepuav_training.evaluate_poses import (choose_pairs, format_cell, measure_poses,
                                              read_sequences)
@@ -81,7 +82,9 @@ class Comparison:
             for estimator in c.estimators:
                 figures[estimator][name] = poses[estimator]
         self.results |= {key: figures[name] for name, key in keys.items()}
-        self._kept.write_text(json.dumps(self.results, indent=1))
+        partial = self._kept.with_suffix(".partial")
+        partial.write_text(json.dumps(self.results, indent=1))
+        partial.replace(self._kept)
         _LOG.info("%s, %d points", method.name, points)
 
     def table(self, methods: list[MethodConfig], points: int, estimator: str) -> str:
@@ -110,6 +113,7 @@ def line_key(method: MethodConfig, config: ComparisonConfig, points: int, estima
     return f"{method.name}, {points} points, {estimator}, {digest}"
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)

@@ -17,6 +17,7 @@ from deepuav_training.data.homography import (HomographyConfig, sample_homograph
 from deepuav_training.data.manifest import Photograph, read_manifest, split_photographs
 from deepuav_training.data.photometric import PhotometricConfig, change_light, degrade
 from deepuav_training.data.views import load_grey
+from deepuav_training.errors import telling_errors
 from deepuav_training.keypoints import CELL
 from deepuav_training.label import LabelConfig
 from deepuav_training.methods import Method, MethodOptions, nearest_methods
@@ -149,6 +150,7 @@ def methods_of(arguments: argparse.Namespace) -> list[Method]:
     return nearest_methods(arguments.models, arguments.superglue, arguments.min_score, options)
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--labels", required=True, help="configuration of the labels: the split")

@@ -15,6 +15,7 @@ import numpy as np
 import poselib
 
 from deepuav_training.data.sequences import Sequence, load_undistorted, read_sequence
+from deepuav_training.errors import telling_errors
 from deepuav_training.evaluate import add_method_arguments, methods_of
 from deepuav_training.methods import Extractor, Method
 from deepuav_training.metrics import area_under_curve
@@ -141,6 +142,7 @@ def format_cell(result: dict[str, float]) -> str:
             f"({result['matches']:.0f})")
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sequences", nargs="+", required=True, metavar="FOLDER[@FOCAL_PX]")

@@ -16,7 +16,7 @@ from torch import nn
 
 from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
-from deepuav_training.errors import TrainingError
+from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.models.superpoint_small import count_macs
 from deepuav_training.keypoints import unit_descriptors
 from deepuav_training.onnx_storage import LEAST_VALUES, halve, without_norm
@@ -84,6 +84,7 @@ def rounded_to_16_bits(network: nn.Module) -> nn.Module:
     return network
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True, help="of the training run")

@@ -15,7 +15,7 @@ import torch
 
 from deepuav_training.checkpoint import load_checkpoint
 from deepuav_training.config import load_config
-from deepuav_training.errors import TrainingError
+from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.export import rounded_to_16_bits
 from deepuav_training.models.superglue import SuperGlue
 from deepuav_training.onnx_storage import halve, note_parameters
@@ -98,6 +98,7 @@ def count_macs(network: SuperGlue, points: int) -> int:
     return 2 * points * linear + attention + points * points * width
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True, help="of the training run")

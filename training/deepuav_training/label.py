@@ -21,6 +21,7 @@ from deepuav_training.config import check_field, load_config
 from deepuav_training.data.homography import warp_image
 from deepuav_training.data.manifest import SplitConfig, read_manifest, split_photographs
 from deepuav_training.data.views import View, ViewConfig, list_views, load_grey
+from deepuav_training.errors import telling_errors
 from deepuav_training.label_cache import label_path, save_labels
 from deepuav_training.runtime import Network
 
@@ -90,6 +91,7 @@ def label_views(config: LabelConfig, views: list[View]) -> int:
     return done
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)

@@ -1,6 +1,7 @@
 """Teacher labels on disk: one small file a view, written whole or not at all."""
 
 import os
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,6 +44,6 @@ def load_labels(path: Path) -> Labels:
         with np.load(path) as archive:
             points, mass = archive["points"], archive["mass"].astype(np.float32)
             descriptors = unit_descriptors(archive["descriptors"])
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise TrainingError(f"{path}: cannot be read as labels: {error}") from error
     return Labels(points, mass, descriptors)

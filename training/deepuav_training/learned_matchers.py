@@ -43,8 +43,10 @@ def mutual_best(log_assignment: np.ndarray, min_score: float) -> np.ndarray:
 class LighterGlueMatcher:
     """LighterGlue, for XFeat's descriptors."""
 
-    def __init__(self, model: str | Path, threads: int = 1, precision: str = "f32"):
+    def __init__(self, model: str | Path, threads: int, precision: str, min_score: float):
+        """`min_score` is the least score of a match; its authors' program takes 0.1."""
         self._compiled = _compile(model, threads, precision)
+        self._min_score = min_score
 
     def __call__(self, a: Features, b: Features) -> np.ndarray:
         """Rows (M, 2) of both."""
@@ -53,7 +55,8 @@ class LighterGlueMatcher:
         found = self._compiled({"kpts0": normalise(a.points, a.size)[None],
                                 "kpts1": normalise(b.points, b.size)[None],
                                 "desc0": a.descriptors[None], "desc1": b.descriptors[None]})
-        return np.asarray(found["matches"], np.int64).reshape(-1, 2)
+        matches = np.asarray(found["matches"], np.int64).reshape(-1, 2)
+        return matches[np.asarray(found["scores"]).ravel() >= self._min_score]
 
 
 def _compile(model: str | Path, threads: int, precision: str) -> openvino.CompiledModel:

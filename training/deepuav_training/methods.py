@@ -39,7 +39,7 @@ class MethodConfig:
     second_model: str = ""  # the second image's, if another
     matcher: str = "nearest"  # or ratio, superglue, lighterglue
     matcher_model: str = ""
-    min_score: float = 0.2  # least probability of superglue's matches
+    min_score: float = 0.2  # least score of superglue's or lighterglue's matches
 
     def check(self, where: str) -> None:
         check_field(self.extractor in ("superpoint", "sift", "orb", "xfeat"), where, "extractor",
@@ -132,7 +132,8 @@ def _matcher(config: MethodConfig, options: MethodOptions) -> Matcher:
         return SuperGlueMatcher(config.matcher_model, options.threads, options.precision,
                                 config.min_score)
     if config.matcher == "lighterglue":
-        return LighterGlueMatcher(config.matcher_model, options.threads, options.precision)
+        return LighterGlueMatcher(config.matcher_model, options.threads, options.precision,
+                                  config.min_score)
     if config.matcher == "ratio":
         return ratio_nearest
     if config.extractor == "orb":

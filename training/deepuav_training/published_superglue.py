@@ -15,6 +15,7 @@ import torch
 import torch.nn.functional as F
 from torch import nn
 
+from deepuav_training.errors import telling_errors
 from deepuav_training.export_superglue import write_matcher
 from deepuav_training.models.superglue import join_heads, split_heads
 
@@ -67,6 +68,7 @@ class PublishedSuperGlue(nn.Module):
         return self.project(x0) @ self.project(x1).transpose(1, 2) / _WIDTH**0.5
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True)

@@ -17,6 +17,7 @@ import onnx
 
 from deepuav_training.calibration import calibration_images
 from deepuav_training.config import load_config
+from deepuav_training.errors import telling_errors
 from deepuav_training.label import LabelConfig
 from deepuav_training.onnx_storage import expand, read_onnx
 
@@ -31,6 +32,7 @@ def quantise(model: onnx.ModelProto, images: list[np.ndarray], keep_float: list[
                          fast_bias_correction=True, ignored_scope=ignored)
 
 
+@telling_errors
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("model", type=Path, help="SuperPoint as ONNX")

@@ -4,6 +4,7 @@ A scene is one small file, written whole or not at all.
 """
 
 import os
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,5 +77,5 @@ def load_scene(path: Path) -> SceneFeatures:
         with np.load(path) as archive:
             return SceneFeatures(*(archive[name] for name in (
                 "points", "scores", "descriptors", "seen_at", "size")))
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise TrainingError(f"{path}: cannot be read as a scene: {error}") from error

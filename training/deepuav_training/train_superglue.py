@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from deepuav_training.cache_scenes import CacheConfig
+from deepuav_training.cache_identity import check_claim
+from deepuav_training.cache_scenes import CacheConfig, scene_identity
 from deepuav_training.checkpoint import TrainingState
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.matches import MatchConfig, MatchSample, MatchSource
+from deepuav_training.errors import telling_errors
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.scene_cache import cached_scenes
@@ -107,11 +109,14 @@ def objective(source: MatchSource, config: GlueTrainConfig) -> Objective:
     return Objective(losses, dict(vars(config.losses)))
 
 
+@telling_errors
 def main() -> None:
     arguments = run_arguments(__doc__.splitlines()[0]).parse_args()
     config = load_config(GlueTrainConfig, arguments.config)
     start_run(config, arguments)
     caches = [load_config(CacheConfig, file) for file in config.scenes]
+    for cache in caches:
+        check_claim(cache.cache, scene_identity(cache))
     scenes = [path for cache in caches for path in cached_scenes(cache.cache, cache.count)]
     source = MatchSource(scenes, config.matches, config.seed)
     _LOG.info("%d scenes", len(source))

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from deepuav_training.cache_identity import claim
+from deepuav_training.cache_identity import check_claim
 from deepuav_training.checkpoint import TrainingState, start_from
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.pairs import PairConfig, PairSource, Sample
+from deepuav_training.errors import telling_errors
 from deepuav_training.label import LabelConfig, label_identity, training_views
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
@@ -158,12 +159,13 @@ def start(path: Path, state: TrainingState, source: PairSource, added: tuple) ->
     state.average.load_state_dict(state.network.state_dict())
 
 
+@telling_errors
 def main() -> None:
     arguments = run_arguments(__doc__.splitlines()[0]).parse_args()
     config = load_config(TrainConfig, arguments.config)
     start_run(config, arguments)
     labels = load_config(LabelConfig, config.labels)
-    claim(labels.cache, label_identity(labels))
+    check_claim(labels.cache, label_identity(labels))
     views = training_views(labels)
     source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
     _LOG.info("%d of %d views labelled", len(source), len(views))

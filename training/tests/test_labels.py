@@ -3,12 +3,12 @@ import pytest
 
 from deepuav_training.adaptation import AdaptationConfig, adapt
 from deepuav_training.config import from_mapping
-from deepuav_training.cache_identity import claim
+from deepuav_training.cache_identity import check_claim, claim
 from deepuav_training.data.homography import translation_matrix
 from deepuav_training.data.manifest import Photograph, SplitConfig, split_photographs
 from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, known_cells
 from deepuav_training.data.views import View, ViewConfig
-from deepuav_training.errors import TrainingError
+from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.keypoints import DetectionConfig, detect, probability_map
 from deepuav_training.label import LabelConfig, part_of
 from deepuav_training.label_cache import Labels, label_path, load_labels, save_labels
@@ -75,6 +75,11 @@ def test_a_cache_of_other_photographs_is_refused(tmp_path):
     claim(tmp_path / "cache", {"split": {"places": ("a", "b")}, "seed": 1})
     claim(tmp_path / "cache", {"split": {"places": ("a", "b")}})
     claim(tmp_path / "cache", {"split": {"places": ("a", "b")}, "teacher": "x"})
+    check_claim(tmp_path / "cache", {"teacher": "x", "not noted": 1})
+    check_claim(tmp_path / "another", {"seed": 1})
+    assert not (tmp_path / "another").exists()
+    with pytest.raises(TrainingError, match="teacher x.*y"):
+        claim(tmp_path / "cache", {"teacher": "y"})
     with pytest.raises(TrainingError, match=f"{tmp_path}/cache.*seed 1.*2"):
         claim(tmp_path / "cache", {"seed": 2})
     with pytest.raises(TrainingError, match="split"):
@@ -144,3 +149,23 @@ def test_unknown_keys_are_named():
         from_mapping(LabelConfig, {"cach": "x"}, "labels.yaml")
     with pytest.raises(TrainingError, match="threads"):
         from_mapping(LabelConfig, {"threads": "two"}, "labels.yaml")
+
+
+def test_a_label_file_cut_short_is_named(tmp_path):
+    path = label_path(tmp_path, 7)
+    save_labels(path, Labels(np.zeros((3, 2), np.float32), np.ones(3, np.float32),
+                             np.eye(3, 256, dtype=np.float32)))
+    whole = path.read_bytes()
+    for kept in (0, 3, len(whole) // 2, len(whole) - 30):
+        path.write_bytes(whole[:kept])
+        with pytest.raises(TrainingError, match=path.name):
+            load_labels(path)
+
+
+def test_a_command_tells_an_error_in_one_line(capsys):
+    @telling_errors
+    def main() -> None:
+        raise TrainingError("x.yaml: steps is 0, expected at least 1")
+
+    with pytest.raises(SystemExit, match="^error: x.yaml: steps is 0, expected at least 1$"):
+        main()
