@@ -162,7 +162,7 @@ def test_a_label_file_cut_short_is_named(tmp_path):
             load_labels(path)
 
 
-def test_a_command_tells_an_error_in_one_line(capsys):
+def test_a_command_tells_an_error_in_one_line():
     @telling_errors
     def main() -> None:
         raise TrainingError("x.yaml: steps is 0, expected at least 1")
