@@ -137,6 +137,8 @@ def add_method_arguments(parser: argparse.ArgumentParser) -> None:
                         help="least probability of those matchers' matches (%(default)s)")
     parser.add_argument("--points", type=int, default=1024, help="at most (%(default)s)")
     parser.add_argument("--threshold", type=float, default=0.005)
+    parser.add_argument("--faint-points", type=int, default=MethodOptions.faint_points,
+                        help="of an image with fewer above the threshold (%(default)s)")
     parser.add_argument("--precision", default="f32", choices=("f32", "bf16"))
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=11)
@@ -146,7 +148,7 @@ def add_method_arguments(parser: argparse.ArgumentParser) -> None:
 def methods_of(arguments: argparse.Namespace) -> list[Method]:
     """The methods that add_method_arguments' arguments name."""
     options = MethodOptions(arguments.points, arguments.threshold, arguments.precision,
-                            arguments.threads)
+                            arguments.threads, faint_points=arguments.faint_points)
     return nearest_methods(arguments.models, arguments.superglue, arguments.min_score, options)
 
 

@@ -20,31 +20,36 @@ def detector_loss(logits: torch.Tensor, cells: torch.Tensor, known: torch.Tensor
     return (entropy * known).sum() / known.sum().clamp(min=1)
 
 
-def position_loss(logits: torch.Tensor, points: torch.Tensor, valid: torch.Tensor, sigma: float,
-                  reach: int) -> torch.Tensor:
+def position_loss(logits: torch.Tensor, points: torch.Tensor, nearest: torch.Tensor,
+                  valid: torch.Tensor, sigma: float, reach: int) -> torch.Tensor:
     """Cross-entropy of where a key point is, given that it is near: also across cells' borders.
 
-    Unlike detector_loss it weighs uncertain key points as much as certain ones.
+    Unlike detector_loss it weighs uncertain key points as much as certain ones. Pixels nearer to
+    another key point take no part: a maximum there is that one's.
 
     Args:
         logits: (B, 65, h, w).
         points: (B, K, 2) in pixels, valid ones at least `reach` + 1 from the edge.
+        nearest: (B, H, W) number of the key point that is nearest to a pixel.
         valid: (B, K) bool.
         sigma: of the Gaussian around the true position, pixels.
         reach: pixels from the point to the edge of the window that is looked at.
     """
     probability = F.pixel_shuffle(F.log_softmax(logits, dim=1)[:, :-1], CELL)[:, 0]
     width = probability.shape[2]
-    nearest = points.round().long()
+    pixels = points.round().long()
     steps = torch.arange(-reach, reach + 1)
-    rows, columns = nearest[..., 1, None] + steps, nearest[..., 0, None] + steps
+    rows, columns = pixels[..., 1, None] + steps, pixels[..., 0, None] + steps
     index = (rows[..., :, None] * width + columns[..., None, :]).flatten(2)
     index = torch.where(valid[..., None], index, 0)
-    window = probability.flatten(1).gather(1, index.flatten(1)).view_as(index)
+    window, owner = (values.flatten(1).gather(1, index.flatten(1)).view_as(index)
+                     for values in (probability, nearest))
+    anothers = owner != owner[..., index.shape[2] // 2, None]
     x, y = ((-0.5 * ((at - point[..., None]) / sigma) ** 2)
             for at, point in ((columns, points[..., 0]), (rows, points[..., 1])))
-    target = F.softmax((y[..., :, None] + x[..., None, :]).flatten(2), dim=2)
-    entropy = -(target * F.log_softmax(window, dim=2)).sum(dim=2)
+    near = (y[..., :, None] + x[..., None, :]).flatten(2)
+    target = F.softmax(near.masked_fill(anothers, _MASKED), dim=2)
+    entropy = -(target * F.log_softmax(window.masked_fill(anothers, _MASKED), dim=2)).sum(dim=2)
     return (entropy * valid).sum() / valid.sum().clamp(min=1)
 
 

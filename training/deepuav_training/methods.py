@@ -54,12 +54,14 @@ class MethodOptions:
     """What all methods share."""
 
     points: int = 1024  # of an image, at most
-    threshold: float = 0.005  # least probability of a SuperPoint
+    threshold: float = 0.005  # least probability of a SuperPoint's key points
     precision: str = "f32"  # of networks
     threads: int = 1
     # Networks' extractors by kind and file, shared by methods of other options; None: not shared.
     shared: dict | None = None
     most_points: int = 1024  # that any method of the shared extractors takes
+    faint_points: int = 300  # where fewer have it, as many are taken, as the program does...
+    faint_threshold: float = 0.001  # ...of at least this probability
 
 
 def build_method(config: MethodConfig, options: MethodOptions) -> Method:
@@ -101,6 +103,12 @@ class RememberedExtractor:
         return self._found[key]
 
 
+def without_faint(features: Features, options: MethodOptions) -> Features:
+    """Only the key points above the threshold, but no fewer than the faint ones that are allowed."""
+    clear = int(np.count_nonzero(features.scores > options.threshold))
+    return _first(features, max(clear, options.faint_points))
+
+
 def _first(features: Features, points: int) -> Features:
     return Features(features.points[:points], features.scores[:points],
                     features.descriptors[:points], features.size)
@@ -123,8 +131,9 @@ def _network_extractor(kind: str, model: str, points: int, options: MethodOption
     if kind == "xfeat":
         return XFeatExtractor(model, points, options.threads, options.precision)
     network = Network(model, options.threads, options.precision)
-    detection = DetectionConfig(max_points=points, threshold=options.threshold)
-    return lambda image: extract(network, image, detection)
+    detection = DetectionConfig(max_points=points,
+                                threshold=min(options.threshold, options.faint_threshold))
+    return lambda image: without_faint(extract(network, image, detection), options)
 
 
 def _matcher(config: MethodConfig, options: MethodOptions) -> Matcher:

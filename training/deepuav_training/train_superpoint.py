@@ -81,6 +81,7 @@ class Batch:
     images: torch.Tensor  # (2B, 1, H, W) in 0..1
     cells: torch.Tensor  # (2B, 65, h, w)
     known: torch.Tensor  # (2B, h, w) bool
+    nearest: torch.Tensor  # (2B, H, W) numbers of labelled points
     points: torch.Tensor  # (2B, K, 2)
     descriptors: torch.Tensor  # (B, K, C)
     valid: torch.Tensor  # (B, K) bool
@@ -97,7 +98,7 @@ def collate(samples: list[Sample]) -> Batch:
     counts = torch.tensor([sample.count for sample in samples])
     valid = torch.arange(descriptors.shape[1])[None] < counts[:, None]
     return Batch(views_first("images")[:, None].float() / 255, views_first("cells"),
-                 views_first("known"), views_first("points"), descriptors, valid)
+                 views_first("known"), views_first("nearest"), views_first("points"), descriptors, valid)
 
 
 def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig
@@ -114,8 +115,8 @@ def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig
     c = config.losses
     return {
         "detector": detector_loss(logits.float(), batch.cells, batch.known),
-        "position": position_loss(logits.float(), batch.points, twice, c.position_sigma,
-                                  c.position_reach),
+        "position": position_loss(logits.float(), batch.points, batch.nearest, twice,
+                                  c.position_sigma, c.position_reach),
         "distillation": distillation_loss(torch.cat([a, b]), teacher, twice),
         "matching": dual_softmax_loss(a, b, points_a, points_b, batch.valid, c.temperature,
                                       c.exclusion_px),

@@ -6,7 +6,7 @@ from deepuav_training.config import from_mapping
 from deepuav_training.cache_identity import check_claim, claim
 from deepuav_training.data.homography import translation_matrix
 from deepuav_training.data.manifest import Photograph, SplitConfig, split_photographs
-from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, known_cells
+from deepuav_training.data.pairs import PairConfig, PairSource, cell_labels, known_cells, nearest_points
 from deepuav_training.data.views import View, ViewConfig
 from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.keypoints import DetectionConfig, detect, probability_map
@@ -51,6 +51,21 @@ def test_cells_outside_the_labelled_view_are_unknown():
     known = known_cells(translation_matrix((16.0, 0.0)), 64, 48, 0)
     assert not known[:, :2].any() and known[:, 2:].all()
     assert not known_cells(np.eye(3), 64, 48, 6)[0].any()
+
+
+def test_pixels_know_which_point_is_nearest():
+    points = np.array([[10.2, 10.0], [20.4, 10.0], [10.0, 30.0], [-5.0, 10.0], [np.nan, 3.0]])
+    nearest = nearest_points(points, 64, 48)
+    rows, columns = np.mgrid[:48, :64]
+    distance = np.hypot(columns[..., None] - np.rint(points[:3, 0]), rows[..., None] - points[:3, 1])
+    clear = np.ptp(np.sort(distance, axis=2)[..., :2], axis=2) > 1.5
+    numbers = nearest[[10, 10, 30], [10, 20, 10]]
+    assert len(set(numbers)) == 3
+    np.testing.assert_array_equal(nearest[clear], numbers[distance.argmin(axis=2)][clear])
+
+
+def test_pixels_of_a_view_without_points_are_all_alike():
+    assert len(np.unique(nearest_points(np.zeros((0, 2)), 64, 48))) == 1
 
 
 def test_no_labelled_view_is_an_error_that_names_folder_and_command(tmp_path):

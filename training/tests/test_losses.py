@@ -5,7 +5,7 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training import keypoints
-from deepuav_training.data.pairs import cell_labels
+from deepuav_training.data.pairs import cell_labels, nearest_points
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
 
@@ -49,28 +49,41 @@ def logits_with_points_at(points):
     return torch.log(torch.from_numpy(cells)[None] + 1e-9)
 
 
+def position_loss_of(logits, points, valid=None):
+    """Of key points (N, 2) that all are labelled, in an image of 48x40."""
+    nearest = torch.from_numpy(nearest_points(points.numpy(), 48, 40))[None]
+    valid = torch.ones(len(points), dtype=torch.bool) if valid is None else valid
+    return position_loss(logits, points[None], nearest, valid[None], 0.6, 3)
+
+
 def test_position_loss_is_least_at_the_true_position():
-    points = torch.tensor([[[15.7, 16.2], [31.0, 23.4]]])  # the first at the corner of four cells
-    valid = torch.ones(1, 2, dtype=torch.bool)
-    found = [position_loss(logits_with_points_at(points[0].numpy() + (shift, 0)), points, valid,
-                           0.6, 3).item() for shift in (-1.0, -0.4, 0.0, 0.4, 1.0)]
+    points = torch.tensor([[15.7, 16.2], [31.0, 23.4]])  # the first at the corner of four cells
+    found = [position_loss_of(logits_with_points_at(points.numpy() + (shift, 0)), points).item()
+             for shift in (-1.0, -0.4, 0.0, 0.4, 1.0)]
     assert found[2] == min(found) and found[0] > found[1] + 1 and found[4] > found[3] + 1
 
 
 def test_position_loss_does_not_ask_how_sure_the_detector_is():
-    points, valid = torch.tensor([[[20.3, 20.1]]]), torch.ones(1, 1, dtype=torch.bool)
-    logits = logits_with_points_at(points[0].numpy())
+    points = torch.tensor([[20.3, 20.1]])
+    logits = logits_with_points_at(points.numpy())
     unsure = logits.clone()
     unsure[:, 64] += 3
-    sure, doubtful = (position_loss(l, points, valid, 0.6, 3).item() for l in (logits, unsure))
+    sure, doubtful = (position_loss_of(l, points).item() for l in (logits, unsure))
     assert abs(sure - doubtful) < 1e-4
 
 
+def test_position_loss_does_not_count_a_neighbour_as_an_error():
+    points = torch.tensor([[15.0, 16.0], [18.0, 16.0]])
+    alone, both = (logits_with_points_at(p.numpy()) for p in (points[:1], points))
+    assert position_loss_of(both, points) < position_loss_of(alone, points[:1]) + 0.05
+    assert position_loss_of(both, points[:1]) > position_loss_of(alone, points[:1]) + 0.5
+
+
 def test_position_loss_leaves_out_invalid_points():
-    points = torch.tensor([[[20.3, 20.1], [0.0, 0.0]]])
+    points = torch.tensor([[20.3, 20.1], [0.0, 0.0]])
     logits = torch.randn(1, 65, 5, 6, generator=torch.Generator().manual_seed(0))
-    alone = position_loss(logits, points[:, :1], torch.tensor([[True]]), 0.6, 3)
-    both = position_loss(logits, points, torch.tensor([[True, False]]), 0.6, 3)
+    alone = position_loss_of(logits, points[:1])
+    both = position_loss_of(logits, points, torch.tensor([True, False]))
     torch.testing.assert_close(alone, both)
 
 

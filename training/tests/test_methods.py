@@ -13,7 +13,7 @@ from deepuav_training.evaluate import SETS, Pair, measure
 from deepuav_training.export_superglue import export_onnx
 from deepuav_training.learned_matchers import SuperGlueMatcher, mutual_best
 from deepuav_training.methods import (MethodConfig, MethodOptions, RememberedExtractor,
-                                      build_method)
+                                      build_method, without_faint)
 from deepuav_training.metrics import mutual_nearest
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.runtime import Features
@@ -106,6 +106,14 @@ def test_features_are_extracted_once_and_fewer_are_the_best_of_more():
     assert few.descriptors.shape == (3, 10) and few.size == many.size
     remembered.best(3)(other)
     assert len(seen) == 2
+
+
+@pytest.mark.parametrize("clear, kept", [(0, 4), (2, 4), (6, 6), (9, 9)])
+def test_faint_key_points_fill_up_images_that_have_few(clear, kept):
+    options = MethodOptions(threshold=0.005, faint_points=4)
+    scores = np.where(np.arange(9) < clear, 0.01, 0.002).astype(np.float32)
+    seen = Features(np.zeros((9, 2), np.float32), scores, np.zeros((9, 8), np.float32), (16, 8))
+    assert len(without_faint(seen, options).points) == kept
 
 
 @pytest.fixture(name="photographs")

@@ -10,7 +10,7 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
-from deepuav_training.data.pairs import Sample, cell_labels
+from deepuav_training.data.pairs import Sample, cell_labels, nearest_points
 from deepuav_training.errors import TrainingError
 from deepuav_training.export import check_export, export_onnx, rounded_to_16_bits
 from deepuav_training.models.superpoint_large import LargeSuperPoint
@@ -37,7 +37,9 @@ def tiny_batch(seed):
         cells = cell_labels(points, np.full(6, 0.9), 48, 48, 0.6)
         descriptors = np.eye(6, 256, dtype=np.float32)
         samples.append(Sample(np.stack([image, image]), np.stack([cells, cells]),
-                              np.ones((2, 6, 6), bool), np.stack([points, points]), descriptors, 5))
+                              np.ones((2, 6, 6), bool),
+                              np.stack([nearest_points(points, 48, 48)] * 2),
+                              np.stack([points, points]), descriptors, 5))
     return collate(samples)
 
 

@@ -4,6 +4,7 @@ import functools
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from deepuav_training.config import check_field
@@ -37,6 +38,7 @@ class Sample:
     images: np.ndarray  # (2, H, W) uint8
     cells: np.ndarray  # (2, 65, H/8, W/8) float32: probabilities of the cells' pixels and none
     known: np.ndarray  # (2, H/8, W/8) bool: cells whose labels are known
+    nearest: np.ndarray  # (2, H, W) int32: number of the labelled point that is nearest to a pixel
     points: np.ndarray  # (2, K, 2) float32, corresponding points; rows beyond `count` are zero
     descriptors: np.ndarray  # (K, C) float32, the teacher's
     count: int
@@ -78,6 +80,7 @@ class PairSource:
         points = [warp_points(h, labels.points.astype(np.float64)) for h in homographies]
         cells = [cell_labels(p, labels.mass, width, height, c.label_sigma) for p in points]
         known = [known_cells(h, width, height, c.label_border) for h in homographies]
+        nearest = [nearest_points(p, width, height) for p in points]
         both = np.flatnonzero(inside(points[0], width, height, c.label_border)
                               & inside(points[1], width, height, c.label_border))
         chosen = rng.permutation(both)[: c.points]
@@ -85,8 +88,8 @@ class PairSource:
         pair[:, : len(chosen)] = np.stack(points)[:, chosen]
         descriptors = np.zeros((c.points, labels.descriptors.shape[1]), np.float32)
         descriptors[: len(chosen)] = labels.descriptors[chosen]
-        return Sample(np.stack(images), np.stack(cells), np.stack(known), pair, descriptors,
-                      len(chosen))
+        return Sample(np.stack(images), np.stack(cells), np.stack(known), np.stack(nearest), pair,
+                      descriptors, len(chosen))
 
 
 def cell_labels(points: np.ndarray, mass: np.ndarray, width: int, height: int, sigma: float
@@ -120,6 +123,19 @@ def cell_labels(points: np.ndarray, mass: np.ndarray, width: int, height: int, s
     cells = cells / np.maximum(total, 1.0)
     nothing = np.maximum(1.0 - total, 0.0)
     return np.concatenate([cells, nothing[None]]).astype(np.float32)
+
+
+def nearest_points(points: np.ndarray, width: int, height: int) -> np.ndarray:
+    """(H, W) int32: a number for each pixel, equal for those that have the same point as nearest.
+
+    Points (N, 2) in pixels; those outside, or NaN, are left out, and those that share a pixel are
+    one.
+    """
+    columns, rows = np.rint(points[inside(points, width, height)]).astype(int).T
+    empty = np.ones((height, width), np.uint8)
+    empty[rows, columns] = 0
+    return cv2.distanceTransformWithLabels(empty, cv2.DIST_L2, cv2.DIST_MASK_5,
+                                           labelType=cv2.DIST_LABEL_PIXEL)[1]
 
 
 def known_cells(view_from_labelled: np.ndarray, width: int, height: int, border: int
