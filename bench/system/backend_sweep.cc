@@ -7,10 +7,12 @@
 // VOCABULARY may be empty (""): no place is recognised then. Beside the program's options, stride=N
 // runs every N-th frame, repeat=N shows all of it N times, start=N and end=N a part, drop_from=A
 // drop_to=B leaves frames out (a jump of the camera), blind_from=A blind_to=B takes all features
-// away, and keypoints=N keeps the best.
+// away, and keypoints=N keeps the best. The file holds faint key points too, so that
+// features.threshold and features.faint_keypoints can be varied, but no other options of features.
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -87,23 +89,35 @@ struct Part {
 /// Gives the frames' features in order of the calls.
 class StoredExtractor : public Extractor {
  public:
-  StoredExtractor(const std::vector<Features>* features, const Part& part)
-      : features_(features), part_(part) {}
+  StoredExtractor(const std::vector<Features>* features, const SuperPointOptions& options,
+                  const Part& part)
+      : features_(features), options_(options), part_(part) {}
 
   Features Extract(const GreyImage& /*image*/, ExtractionTimes* /*times*/) override {
     const int frame = part_.Frame(next_++);
     const Features& all = features_->at(static_cast<size_t>(frame));
     if (part_.IsBlind(frame)) return Features{{}, Descriptors(all.descriptors.dimension())};
-    if (part_.keypoints <= 0 || all.size() <= part_.keypoints) return all;
-    Features best{{all.keypoints.begin(), all.keypoints.begin() + part_.keypoints},
+    const int count = CountOf(all);
+    Features best{{all.keypoints.begin(), all.keypoints.begin() + count},
                   Descriptors(all.descriptors.dimension())};
-    for (int i = 0; i < part_.keypoints; ++i) best.descriptors.AppendFrom(all.descriptors, i);
+    for (int i = 0; i < count; ++i) best.descriptors.AppendFrom(all.descriptors, i);
     return best;
   }
   std::string Description() const override { return "stored features"; }
 
  private:
+  /// As many as the program would find with the options.
+  int CountOf(const Features& all) const {
+    const auto clear = std::count_if(
+        all.keypoints.begin(), all.keypoints.end(),
+        [&](const auto& k) { return static_cast<double>(k.score) > options_.threshold; });
+    int count = std::min(all.size(), std::max(static_cast<int>(clear), options_.faint_keypoints));
+    if (part_.keypoints > 0) count = std::min(count, part_.keypoints);
+    return count;
+  }
+
   const std::vector<Features>* features_;
+  const SuperPointOptions options_;
   const Part part_;
   int next_ = 0;
 };
@@ -160,6 +174,7 @@ std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
   }
   SuperPointOptions options;
   options.model = model;
+  options.faint_keypoints = options.keypoints;
   SuperPoint extractor(dataset->camera(), options, {});
   std::ofstream store(file, std::ios::binary);
   for (int i = 0; i < dataset->size(); ++i) {
@@ -184,13 +199,15 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
   OptionRegistry registry;
   RegisterOptions(&options, &registry);
   registry.Add("matching", &matching);
+  SuperPointOptions superpoint;
+  registry.Add("features", &superpoint);
   std::istringstream words(variant);
   Part part{.end = dataset.size()};
   for (std::string word; words >> word;) {
     if (!SetPart(word, &part)) registry.SetAssignment(word);
   }
 
-  StoredExtractor extractor(&features, part);
+  StoredExtractor extractor(&features, superpoint, part);
   NearestNeighbourMatcher matcher(matching);
   Slam slam(dataset.camera(), options,
             {&extractor, &matcher, vocabulary ? &*vocabulary : nullptr, nullptr});
