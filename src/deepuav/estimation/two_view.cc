@@ -17,7 +17,7 @@ namespace {
 constexpr double kRadiansPerDegree = M_PI / 180;
 /// Relative to the median, the parallax of points that the first refinement leaves out.
 constexpr double kHighParallaxRatio = 2;
-constexpr size_t kMaxPlanarSolutions = 2;
+constexpr size_t kMaxSolutions = 2;
 /// Poses nearer than this in rotation and direction of travel are one: the two that explain a plane
 /// differ by more.
 constexpr double kSamePoseRad = 5 * kRadiansPerDegree;
@@ -28,24 +28,28 @@ struct TwoViewProblem {
   const TwoViewOptions& options;
 };
 
-bool ReprojectsInto(const Pinhole& pinhole, const Eigen::Vector3d& point_cam,
-                    const Eigen::Vector2d& px, double max_error_px) {
-  return InFrontOfCamera(point_cam) && (pinhole.Project(point_cam) - px).norm() <= max_error_px;
+/// Squared distance to the point's projection; infinite for a point not in front of the camera.
+double SquaredError(const Pinhole& pinhole, const Eigen::Vector3d& point_cam,
+                    const Eigen::Vector2d& px) {
+  if (!InFrontOfCamera(point_cam)) return std::numeric_limits<double>::infinity();
+  return (pinhole.Project(point_cam) - px).squaredNorm();
 }
 
-/// Fills valid, valid_count and median_parallax_deg from the pose and the points.
+/// Fills valid, valid_count, support and median_parallax_deg from the pose and the points.
 void Validate(const TwoViewProblem& problem, TwoViewSolution* solution) {
   const Eigen::Vector3d center_b = solution->b_from_a.InverseTranslation();
+  const double max_squared = problem.options.max_error_px * problem.options.max_error_px;
   std::vector<double> parallaxes;
   solution->valid.assign(problem.pairs.size(), 0);
+  solution->support = 0;
   for (size_t i = 0; i < problem.pairs.size(); ++i) {
     const Eigen::Vector3d& point = solution->points_a[i];
     const PixelPair& pair = problem.pairs[i];
-    if (!ReprojectsInto(problem.pinhole, point, pair.a_px, problem.options.max_error_px)) continue;
-    if (!ReprojectsInto(problem.pinhole, solution->b_from_a * point, pair.b_px,
-                        problem.options.max_error_px))
-      continue;
+    const double in_a = SquaredError(problem.pinhole, point, pair.a_px);
+    const double in_b = SquaredError(problem.pinhole, solution->b_from_a * point, pair.b_px);
+    if (!(in_a <= max_squared && in_b <= max_squared)) continue;
     solution->valid[i] = 1;
+    solution->support += 1 - (in_a + in_b) / (2 * max_squared);
     parallaxes.push_back(ParallaxAngle(Eigen::Vector3d::Zero(), center_b, point));
   }
   solution->valid_count = static_cast<int>(parallaxes.size());
@@ -96,6 +100,14 @@ bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
 int InlierCount(const std::optional<TwoViewModel>& model) {
   if (!model) return 0;
   return static_cast<int>(std::count(model->inlier.begin(), model->inlier.end(), 1));
+}
+
+/// Whether the homography explains enough of the pairs for its poses to be tried.
+bool IsShallow(const std::optional<TwoViewModel>& homography,
+               const std::optional<TwoViewModel>& essential, const TwoViewOptions& options) {
+  if (!homography) return false;
+  const double both = homography->score + (essential ? essential->score : 0);
+  return homography->score > options.min_homography_share * both;
 }
 
 bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) {
@@ -176,20 +188,20 @@ bool SamePose(const TwoViewSolution& a, const TwoViewSolution& b) {
 }
 
 /// By falling support: the best, and those as different from it as planar ambiguity makes them and
-/// supported nearly as well, `most` in all. None if the best has too little parallax: another that
-/// has more must not win for that.
+/// supported nearly as well, kMaxSolutions in all. None if the best has too little parallax:
+/// another that has more must not win for that.
 std::vector<TwoViewSolution> Choose(const TwoViewProblem& problem,
-                                    std::vector<TwoViewSolution> solutions, size_t most) {
+                                    std::vector<TwoViewSolution> solutions) {
   std::erase_if(solutions,
                 [&](const TwoViewSolution& solution) { return !HasSupport(problem, solution); });
-  std::stable_sort(solutions.begin(), solutions.end(),
-                   [](const TwoViewSolution& a, const TwoViewSolution& b) {
-                     return a.valid_count > b.valid_count;
-                   });
+  // Not std::stable_sort: libstdc++ does not align its buffer for the SE3 of a solution.
+  std::sort(
+      solutions.begin(), solutions.end(),
+      [](const TwoViewSolution& a, const TwoViewSolution& b) { return a.support > b.support; });
   std::vector<TwoViewSolution> chosen;
   if (solutions.empty() || !HasParallax(problem, solutions.front())) return chosen;
   for (TwoViewSolution& solution : solutions) {
-    if (chosen.size() == most) break;
+    if (chosen.size() == kMaxSolutions) break;
     const auto same = [&](const TwoViewSolution& other) { return SamePose(solution, other); };
     if (std::any_of(chosen.begin(), chosen.end(), same)) continue;
     const double best = chosen.empty() ? 0 : chosen.front().valid_count;
@@ -209,10 +221,10 @@ void TwoViewOptions::Check() const {
   CheckOption(min_parallax_deg >= 0, "min_parallax_deg", min_parallax_deg, "at least 0");
   CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
               "above 0.5 and at most 1");
+  CheckOption(min_homography_share >= 0 && min_homography_share < 1, "min_homography_share",
+              min_homography_share, "0 to below 1");
   CheckOption(min_support_ratio > 0 && min_support_ratio <= 1, "min_support_ratio",
               min_support_ratio, "above 0 and at most 1");
-  CheckOption(planar_ratio > 0 && planar_ratio < 1, "planar_ratio", planar_ratio,
-              "between 0 and 1");
 }
 
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
@@ -227,19 +239,14 @@ std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
 
   if (agreeing) *agreeing = std::max(InlierCount(homography), InlierCount(essential));
   TwoViewResult result;
-  result.homography_score = homography ? homography->score : 0;
-  result.essential_score = essential ? essential->score : 0;
-  const double total = result.homography_score + result.essential_score;
-  if (!(total > 0)) return std::nullopt;
-  result.planar = result.homography_score > options.planar_ratio * total;
   const TwoViewProblem problem{pinhole, pairs, options};
   std::vector<TwoViewSolution> solutions;
-  if (result.planar) AddSolutions(problem, *homography, &solutions);
+  if (IsShallow(homography, essential, options)) AddSolutions(problem, *homography, &solutions);
   if (essential) AddSolutions(problem, *essential, &solutions);
   const auto has_parallax = [&](const TwoViewSolution& s) { return HasParallax(problem, s); };
   if (std::none_of(solutions.begin(), solutions.end(), has_parallax)) return std::nullopt;
   for (TwoViewSolution& solution : solutions) Refine(problem, &solution);
-  result.solutions = Choose(problem, std::move(solutions), result.planar ? kMaxPlanarSolutions : 1);
+  result.solutions = Choose(problem, std::move(solutions));
   if (result.solutions.empty()) return std::nullopt;
   return result;
 }

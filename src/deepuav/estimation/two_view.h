@@ -22,10 +22,9 @@ struct TwoViewOptions {
   double min_parallax_deg = 1.0;  ///< Median over the points.
   double min_front_ratio =
       0.9;  ///< Of the inliers, in front of both cameras, for a solution to be kept.
-  double planar_ratio =
-      0.40;  ///< Homography's share of the two scores above which the scene counts as a plane.
-  double min_support_ratio =
-      0.75;  ///< Support of a second planar solution relative to the first's.
+  double min_homography_share =
+      0.1;  ///< Of the two models' scores, from which the homography's poses are tried too.
+  double min_support_ratio = 0.75;  ///< Support of a second solution relative to the first's.
 
   void Check() const;
   template <typename Visitor>
@@ -39,10 +38,10 @@ struct TwoViewOptions {
           "least median parallax of a two-view solution");
     visit("min_front_ratio", min_front_ratio, "",
           "share of the inliers that must lie in front of both cameras");
-    visit("planar_ratio", planar_ratio, "",
-          "homography's share of both scores above which the scene counts as a plane");
+    visit("min_homography_share", min_homography_share, "",
+          "share of both models' scores from which the homography's poses are tried too");
     visit("min_support_ratio", min_support_ratio, "",
-          "support of a second planar solution relative to the first's");
+          "support of a second solution relative to the first's");
   }
 };
 
@@ -52,22 +51,21 @@ struct TwoViewSolution {
   std::vector<Eigen::Vector3d> points_a;  ///< One per pair; meaningful where `valid`.
   std::vector<uint8_t> valid;  ///< Inlier, in front of both, reprojected within the bound.
   int valid_count = 0;
+  double support = 0;  ///< Of the valid points, each by how far within the bound it reprojects.
   double median_parallax_deg = 0;
 };
 
 struct TwoViewResult {
-  bool planar =
-      false;  ///< The homography explains the pairs about as well as the essential matrix does.
-  double homography_score = 0, essential_score = 0;
-  /// By falling support. One from a general scene; up to two from a plane, which only a third view
-  /// can tell apart.
+  /// By falling support. Mostly one from a general scene; two from a plane, and where little
+  /// parallax makes a scene look like one: only a third view can tell them apart.
   std::vector<TwoViewSolution> solutions;
 };
 
 /// Relative pose of two calibrated views: homography and essential matrix estimated side by side
-/// and scored on the same truncated error (Mur-Artal 2015, section IV). A general scene's essential
-/// matrix is decomposed; of a plane, both are, since either may miss the true one of the two poses
-/// that explain it. Nothing for too few inliers, too little parallax or pure rotation: `agreeing`,
+/// and scored on the same truncated error (Mur-Artal 2015, section IV). Unlike there both are
+/// decomposed unless the scene is deep: of a plane either may miss the true one of the two poses
+/// that explain it, and of a shallow scene the noise may lead the essential matrix to a false one.
+/// Nothing for too few inliers, too little parallax or pure rotation: `agreeing`,
 /// if asked for, tells them apart, by the inliers of the model that has more.
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
                                              const std::vector<PixelPair>& pairs, uint64_t seed,

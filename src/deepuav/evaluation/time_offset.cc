@@ -18,18 +18,27 @@ constexpr double kFewestMomentsRatio = 0.5;
 constexpr int kBrentBits = 26;  // Half of a double's: no minimum can be told more exactly.
 
 struct Agreement {
-  double rmse_m = std::numeric_limits<double>::infinity();
+  /// Share of the truth's extent that the estimate leaves unexplained: an error in metres would be
+  /// least where the truth rests and the estimate is shrunk to a point.
+  double unexplained = std::numeric_limits<double>::infinity();
   size_t moments = 0;
 };
 
-double Rmse(const Trajectory& truth, const Trajectory& moved, bool horizontal) {
-  double sum = 0;
+double SquaredLength(const Eigen::Vector3d& v, bool horizontal) {
+  return horizontal ? v.head<2>().squaredNorm() : v.squaredNorm();
+}
+
+double Unexplained(const Trajectory& truth, const Trajectory& moved, bool horizontal) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const TimedPose& pose : truth)
+    mean += pose.world_from_cam.translation() / static_cast<double>(truth.size());
+  double error = 0, extent = 0;
   for (size_t i = 0; i < truth.size(); ++i) {
-    const Eigen::Vector3d difference =
-        moved[i].world_from_cam.translation() - truth[i].world_from_cam.translation();
-    sum += horizontal ? difference.head<2>().squaredNorm() : difference.squaredNorm();
+    const Eigen::Vector3d& there = truth[i].world_from_cam.translation();
+    error += SquaredLength(moved[i].world_from_cam.translation() - there, horizontal);
+    extent += SquaredLength(there - mean, horizontal);
   }
-  return std::sqrt(sum / static_cast<double>(truth.size()));
+  return extent > 0 ? std::sqrt(error / extent) : std::numeric_limits<double>::infinity();
 }
 
 /// Nothing left to compare, or not to be aligned, is no agreement.
@@ -52,7 +61,7 @@ Agreement AgreementAt(double offset_s, const Truth& truth, const Trajectory& est
     truth_from_estimate = *aligned;
   }
   const Trajectory moved = MoveToAntenna(truth_from_estimate, matched.estimate, antenna);
-  return {Rmse(matched.truth, moved, options.horizontal || !truth.has_altitude),
+  return {Unexplained(matched.truth, moved, options.horizontal || !truth.has_altitude),
           matched.truth.size()};
 }
 
@@ -76,8 +85,8 @@ double SearchTimeOffset(const Truth& truth, const Trajectory& estimate,
       static_cast<size_t>(std::ceil(kFewestMomentsRatio * static_cast<double>(most_moments)));
   int best = -1;
   for (int i = 0; i < static_cast<int>(grid.size()); ++i) {
-    if (grid[i].moments < fewest || std::isinf(grid[i].rmse_m)) continue;
-    if (best < 0 || grid[i].rmse_m < grid[best].rmse_m) best = i;
+    if (grid[i].moments < fewest || std::isinf(grid[i].unexplained)) continue;
+    if (best < 0 || grid[i].unexplained < grid[best].unexplained) best = i;
   }
   if (best < 0) {
     throw Error("With no time offset within {} s of {} s can the estimate be aligned to the truth",
@@ -92,10 +101,11 @@ double SearchTimeOffset(const Truth& truth, const Trajectory& estimate,
   }
   const double best_s = offset_at(best - steps_a_side);
   // Brent's tolerance is relative: of the distance from the grid's best, not of a large offset.
-  const auto rmse = [&](double from_best_s) {
-    return AgreementAt(best_s + from_best_s, truth, estimate, options).rmse_m;
+  const auto unexplained = [&](double from_best_s) {
+    return AgreementAt(best_s + from_best_s, truth, estimate, options).unexplained;
   };
-  return best_s + boost::math::tools::brent_find_minima(rmse, -step_s, step_s, kBrentBits).first;
+  return best_s +
+         boost::math::tools::brent_find_minima(unexplained, -step_s, step_s, kBrentBits).first;
 }
 
 }  // namespace deepuav

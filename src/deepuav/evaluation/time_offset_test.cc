@@ -77,6 +77,22 @@ TEST(TimeOffset, NoiseOfMetresStillGivesHundredths) {
   EXPECT_NEAR(SearchTimeOffset(Receiver(0.5, 2), estimate, Searching(2)), 0.75, 0.03);
 }
 
+TEST(TimeOffset, IsNotWhereTheReceiverRested) {
+  constexpr double kRest_s = 120;
+  Truth truth = Receiver(0.5, 6);
+  const Trajectory flight = Delayed(truth.trajectory, kRest_s);
+  Random random(7);
+  const TimedPose start = flight.front();
+  truth.trajectory.clear();
+  for (int i = 0; i < 5 * kRest_s; ++i)
+    truth.trajectory.push_back({AtSeconds(i / 5.0), start.world_from_cam});
+  truth.trajectory = AddNoise(truth.trajectory, 0.3, random);
+  truth.trajectory.insert(truth.trajectory.end(), flight.begin(), flight.end());
+  EvaluationOptions options = Searching(80);
+  options.association.time_offset_s = 60;
+  EXPECT_NEAR(SearchTimeOffset(truth, Camera(0), options), kRest_s, 0.05);
+}
+
 TEST(TimeOffset, EvaluationUsesAndReportsIt) {
   const Trajectory estimate = Delayed(Camera(0), -1.2345);
   const Truth truth = Receiver(0, 3);

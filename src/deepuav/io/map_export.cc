@@ -5,14 +5,19 @@
 namespace deepuav {
 
 Trajectory KeyframeTrajectory(const Map& map, KeyframeId first) {
-  Trajectory trajectory;
-  trajectory.reserve(static_cast<size_t>(map.KeyframeCount()));
+  std::vector<const Keyframe*> keyframes;
+  keyframes.reserve(static_cast<size_t>(map.KeyframeCount()));
   map.keyframes().ForEach([&](const Keyframe& keyframe) {
-    if (keyframe.id < first) return;
-    trajectory.push_back({keyframe.frame.time, keyframe.cam_from_world.Inverse()});
+    if (keyframe.id >= first) keyframes.push_back(&keyframe);
   });
-  std::stable_sort(trajectory.begin(), trajectory.end(),
-                   [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; });
+  // Not the poses themselves: libstdc++ does not align std::stable_sort's buffer for an SE3.
+  std::stable_sort(keyframes.begin(), keyframes.end(), [](const Keyframe* a, const Keyframe* b) {
+    return a->frame.time < b->frame.time;
+  });
+  Trajectory trajectory;
+  trajectory.reserve(keyframes.size());
+  for (const Keyframe* keyframe : keyframes)
+    trajectory.push_back({keyframe->frame.time, keyframe->cam_from_world.Inverse()});
   return trajectory;
 }
 

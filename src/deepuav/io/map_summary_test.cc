@@ -90,6 +90,19 @@ TEST(MapExport, KeyframesComeByTime) {
   }
 }
 
+/// However many: a sort's buffer may lie anywhere, and poses want theirs aligned.
+TEST(MapExport, KeyframesOfMapsOfAnySizeComeByTime) {
+  for (int count = 1; count < 100; ++count) {
+    Map map(MapId{0});
+    for (int i = 0; i < count; ++i)
+      map.AddKeyframe(KeyframeId{i}, FrameOf(1, {count - i}), CameraAt({1.0 * i, 0, 0}));
+    const Trajectory trajectory = KeyframeTrajectory(map);
+    ASSERT_EQ(trajectory.size(), static_cast<size_t>(count));
+    for (int i = 0; i < count; ++i)
+      EXPECT_EQ(trajectory[i].world_from_cam.translation().x(), count - 1 - i);
+  }
+}
+
 TEST(MapExport, PointsAreTheLandmarks) {
   const std::vector<ColoredPoint> points = LandmarkPoints(SmallMap());
   ASSERT_EQ(points.size(), 4u);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "deepuav/base/logging.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -149,6 +150,13 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
   }
   if (!best || !of_best.far_enough) return std::nullopt;
   if (of_best.confirmed < options_.min_lead * second_count) return std::nullopt;
+  Log().debug(
+      "frames {} and {}: {} points of {} matches, {:.1f} degrees of parallax; {} of {} confirmed "
+      "by "
+      "frame {}, {} of the second best",
+      candidate_->first.id.value, candidate_->second.id.value, best->valid_count,
+      candidate_->matches.size(), best->median_parallax_deg, of_best.confirmed, of_best.matched,
+      third.id.value, second_count);
   return MakeRequest(*best);
 }
 
