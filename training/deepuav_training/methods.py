@@ -60,7 +60,7 @@ class MethodOptions:
     # Networks' extractors by kind and file, shared by methods of other options; None: not shared.
     shared: dict | None = None
     most_points: int = 1024  # that any method of the shared extractors takes
-    faint_points: int = 300  # where fewer have it, as many are taken, as the program does...
+    faint_points: int = 450  # where fewer have it, as many are taken, as the program does...
     faint_threshold: float = 0.001  # ...of at least this probability
 
 

@@ -13,7 +13,7 @@ struct SuperPointOptions {
   std::string model;
   int keypoints = 1000;
   double threshold = 0.005;
-  int faint_keypoints = 300;
+  int faint_keypoints = 450;
   double faint_threshold = 0.001;
   int nms_radius = 4;
   int border = 4;

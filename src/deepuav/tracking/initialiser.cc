@@ -135,11 +135,12 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
   const TwoViewSolution* best = nullptr;
   Confirmation of_best;
   int second_count = 0;
+  bool refuted = true;
   for (const TwoViewSolution& solution : candidate_->result.solutions) {
     const Confirmation found = ConfirmBy(solution, third, second_to_third);
-    if (found.confirmed < options_.min_confirmed ||
-        found.confirmed < options_.min_confirmed_ratio * found.matched)
-      continue;
+    const bool agrees = found.confirmed >= options_.min_confirmed_ratio * found.matched;
+    if (agrees || !found.far_enough || found.matched < options_.min_confirmed) refuted = false;
+    if (!agrees || found.confirmed < options_.min_confirmed) continue;
     if (found.confirmed > of_best.confirmed) {
       second_count = of_best.confirmed;
       of_best = found;
@@ -148,12 +149,12 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
       second_count = std::max(second_count, found.confirmed);
     }
   }
+  if (refuted) candidate_.reset();
   if (!best || !of_best.far_enough) return std::nullopt;
   if (of_best.confirmed < options_.min_lead * second_count) return std::nullopt;
   Log().debug(
       "frames {} and {}: {} points of {} matches, {:.1f} degrees of parallax; {} of {} confirmed "
-      "by "
-      "frame {}, {} of the second best",
+      "by frame {}, {} of the second best",
       candidate_->first.id.value, candidate_->second.id.value, best->valid_count,
       candidate_->matches.size(), best->median_parallax_deg, of_best.confirmed, of_best.matched,
       third.id.value, second_count);

@@ -269,6 +269,33 @@ TEST(Initialiser, GivesUpViewsThatGrewOld) {
   EXPECT_EQ(request->second.id.value, 133);
 }
 
+/// The second view shows points moved along the rays of the first: two views agree on a false map.
+TEST(Initialiser, GivesUpViewsThatALaterOneRefutes) {
+  const std::vector<SE3> path = SidewaysPath(60);
+  const FeatureWorld world = BoxWorld();
+  Random random(5);
+  SyntheticWorld moved = world.world();
+  for (Eigen::Vector3d& landmark : moved.landmarks_world) landmark *= random.Uniform(0.6, 1.6);
+  const FeatureWorld moved_world(moved, 2);
+  const FeatureNoise noise{0.3, 0.3, 0, 0};
+  NearestNeighbourMatcher matcher({});
+  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  std::string waiting_for;
+  std::vector<SE3> poses = {path[0], path[20]};
+  initialiser.Add(FrameOf(0, world.View(path[0], noise, &random)), &waiting_for);
+  initialiser.Add(FrameOf(1, moved_world.View(path[20], noise, &random)), &waiting_for);
+  ASSERT_EQ(waiting_for, "a third view that confirms the first two");
+  std::optional<InitialMapRequest> request;
+  for (size_t i = 28; i < path.size() && !request; ++i) {
+    poses.push_back(path[i]);
+    request = initialiser.Add(
+        FrameOf(std::ssize(poses) - 1, world.View(path[i], noise, &random)), &waiting_for);
+  }
+  ASSERT_TRUE(request) << waiting_for;
+  ExpectTrue(*request, poses);
+  EXPECT_LE(request->second.id.value, 3) << "the false pair was held";
+}
+
 TEST(Initialiser, ForgetsItsViewsOnReset) {
   const FeatureWorld world = BoxWorld();
   Random random(9);
