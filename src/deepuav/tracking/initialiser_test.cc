@@ -288,8 +288,8 @@ TEST(Initialiser, GivesUpViewsThatALaterOneRefutes) {
   std::optional<InitialMapRequest> request;
   for (size_t i = 28; i < path.size() && !request; ++i) {
     poses.push_back(path[i]);
-    request = initialiser.Add(
-        FrameOf(std::ssize(poses) - 1, world.View(path[i], noise, &random)), &waiting_for);
+    request = initialiser.Add(FrameOf(std::ssize(poses) - 1, world.View(path[i], noise, &random)),
+                              &waiting_for);
   }
   ASSERT_TRUE(request) << waiting_for;
   ExpectTrue(*request, poses);
