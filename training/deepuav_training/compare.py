@@ -105,7 +105,8 @@ def line_key(method: MethodConfig, config: ComparisonConfig, points: int, estima
     made_of = dataclasses.asdict(method) | {
         name: getattr(config, name) for name in ("sequences", "homography_pairs", "pose_pairs",
                                                  "threshold", "long_side", "seed", "precision")}
-    made_of["faint"] = [MethodOptions.faint_points, MethodOptions.faint_threshold]
+    if method.extractor == "superpoint":
+        made_of["faint"] = [MethodOptions.faint_points, MethodOptions.faint_threshold]
     for name in ("model", "second_model", "matcher_model"):
         made_of[name] = file_digest(made_of[name]) if made_of[name] else ""
     labels = load_config(LabelConfig, config.labels)

@@ -163,7 +163,8 @@ def main() -> None:
     labels = load_config(LabelConfig, arguments.labels)
     photos = held_out(labels, arguments.pairs, arguments.seed)
     print(f"{len(photos)} pairs a set, at most {arguments.points} points above "
-          f"{arguments.threshold}, LO-RANSAC, {arguments.precision}; "
+          f"{arguments.threshold} (SuperPoint: fainter ones up to {arguments.faint_points}), "
+          f"LO-RANSAC, {arguments.precision}; "
           "AUC@1/3/5 px, precision (P) and repeatability (R) at 3 px, points (N)\n")
     print(f"| network | {' | '.join(SETS)} |\n|---{'|---' * len(SETS)}|", flush=True)
     results = {}

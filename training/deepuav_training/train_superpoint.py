@@ -98,7 +98,8 @@ def collate(samples: list[Sample]) -> Batch:
     counts = torch.tensor([sample.count for sample in samples])
     valid = torch.arange(descriptors.shape[1])[None] < counts[:, None]
     return Batch(views_first("images")[:, None].float() / 255, views_first("cells"),
-                 views_first("known"), views_first("nearest"), views_first("points"), descriptors, valid)
+                 views_first("known"), views_first("nearest"), views_first("points"),
+                 descriptors, valid)
 
 
 def losses_of(network: torch.nn.Module, batch: Batch, config: TrainConfig

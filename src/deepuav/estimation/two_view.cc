@@ -107,7 +107,7 @@ bool IsShallow(const std::optional<TwoViewModel>& homography,
                const std::optional<TwoViewModel>& essential, const TwoViewOptions& options) {
   if (!homography) return false;
   const double both = homography->score + (essential ? essential->score : 0);
-  return homography->score > options.min_homography_share * both;
+  return homography->score >= options.min_homography_share * both;
 }
 
 bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) {

@@ -24,7 +24,7 @@ struct TwoViewOptions {
       0.9;  ///< Of the inliers, in front of both cameras, for a solution to be kept.
   double min_homography_share =
       0.1;  ///< Of the two models' scores, from which the homography's poses are tried too.
-  double min_support_ratio = 0.75;  ///< Support of a second solution relative to the first's.
+  double min_support_ratio = 0.75;  ///< Valid points of a second solution over the first's.
 
   void Check() const;
   template <typename Visitor>
@@ -41,7 +41,7 @@ struct TwoViewOptions {
     visit("min_homography_share", min_homography_share, "",
           "share of both models' scores from which the homography's poses are tried too");
     visit("min_support_ratio", min_support_ratio, "",
-          "support of a second solution relative to the first's");
+          "valid points of a second solution over the first's");
   }
 };
 

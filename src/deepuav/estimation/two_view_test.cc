@@ -37,12 +37,14 @@ TwoViewOptions NoisyOptions() {
 }
 
 /// The solution nearest to the truth in rotation and direction of travel.
+double ErrorDeg(const TwoViewSolution& solution, const SE3& truth) {
+  return std::max(RotationErrorDeg(solution.b_from_a, truth),
+                  DirectionErrorDeg(solution.b_from_a, truth));
+}
+
 double BestErrorDeg(const TwoViewResult& result, const SE3& truth) {
   double best = std::numeric_limits<double>::infinity();
-  for (const TwoViewSolution& s : result.solutions) {
-    best = std::min(
-        best, std::max(RotationErrorDeg(s.b_from_a, truth), DirectionErrorDeg(s.b_from_a, truth)));
-  }
+  for (const TwoViewSolution& s : result.solutions) best = std::min(best, ErrorDeg(s, truth));
   return best;
 }
 
@@ -86,7 +88,7 @@ TEST(EstimateTwoView, GeneralSceneWithNoiseAndOutliers) {
     const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {1, 0.3}, &random);
     const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, NoisyOptions());
     ASSERT_TRUE(result);
-    EXPECT_LT(BestErrorDeg(*result, b_from_a), 3);
+    EXPECT_LT(ErrorDeg(result->solutions[0], b_from_a), 3) << "of the best supported";
     ExpectPointsMatch(world, seen, SE3(), 1, result->solutions[0], 0.1);
     int wrong = 0;
     for (size_t k = 0; k < seen.pairs.size(); ++k)
@@ -154,7 +156,6 @@ TEST_P(NadirTest, PlaneFromAboveKeepsTheTrueSolution) {
     ASSERT_GT(seen.pairs.size(), 100u);
     const auto result = EstimateTwoView(world.pinhole, seen.pairs, 3, NoisyOptions());
     ASSERT_TRUE(result) << i;
-    EXPECT_LE(result->solutions.size(), 2u);
     EXPECT_LT(BestErrorDeg(*result, truth), 3) << i;
   }
 }

@@ -25,6 +25,7 @@ void InitialiserOptions::Check() const {
   CheckOption(min_lead >= 1, "initialiser.min_lead", min_lead, "at least 1");
   CheckOption(third_parallax_ratio >= 0, "initialiser.third_parallax_ratio", third_parallax_ratio,
               "0 or more");
+  CheckOption(max_refutations >= 1, "initialiser.max_refutations", max_refutations, "at least 1");
   two_view.Check();
   absolute_pose.Check();
 }
@@ -52,6 +53,8 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
       Reset();  // should they not hold as a map, other views are tried
       return request;
     }
+  }
+  if (candidate_) {
     *waiting_for = "a third view that confirms the first two";
     return std::nullopt;
   }
@@ -149,7 +152,7 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
       second_count = std::max(second_count, found.confirmed);
     }
   }
-  if (refuted) candidate_.reset();
+  if (refuted && ++candidate_->refutations == options_.max_refutations) candidate_.reset();
   if (!best || !of_best.far_enough) return std::nullopt;
   if (of_best.confirmed < options_.min_lead * second_count) return std::nullopt;
   Log().debug(

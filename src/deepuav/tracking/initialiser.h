@@ -18,11 +18,14 @@ struct InitialiserOptions {
   int max_unmatched_frames = 10;   ///< In a row, with too few matches or too few that agree.
   int max_first_age_frames = 120;  ///< An older first view is dropped.
   /// A pair that no later frame confirmed by then, or by as many frames as lie between its views if
-  /// that is more, is given up: a slow camera needs as long again.
+  /// that is more, is given up: a slow camera needs as long again. See also max_refutations.
   int max_second_age_frames = 10;
   double min_confirmed_ratio =
       0.7;  ///< Of the points matched in the third view, those that reproject well.
   int min_confirmed = 40;
+  /// Views from far enough away that match as many points and confirm a smaller share of them. One
+  /// may be blurred; the pair is given up with this many.
+  int max_refutations = 2;
   double min_lead = 1.15;  ///< Confirmed points of the best solution over those of the second best.
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
@@ -46,6 +49,7 @@ struct InitialiserOptions {
     visit("min_confirmed_ratio", min_confirmed_ratio, "",
           "share of the matched points that the third view confirms");
     visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least");
+    visit("max_refutations", max_refutations, "", "views that refute a pair before it is given up");
     visit("min_lead", min_lead, "",
           "confirmed points of the best solution over those of the second best");
     visit("third_parallax_ratio", third_parallax_ratio, "",
@@ -76,6 +80,7 @@ class Initialiser {
     Frame first, second;
     std::vector<Match> matches;  ///< first -> second
     TwoViewResult result;
+    int refutations = 0;
   };
 
   /// What a third view says of a solution.

@@ -296,6 +296,27 @@ TEST(Initialiser, GivesUpViewsThatALaterOneRefutes) {
   EXPECT_LE(request->second.id.value, 3) << "the false pair was held";
 }
 
+TEST(Initialiser, ATruePairOutlastsABadView) {
+  const std::vector<SE3> path = SidewaysPath(60);
+  const FeatureWorld world = BoxWorld();
+  Random random(5);
+  SyntheticWorld moved = world.world();
+  for (Eigen::Vector3d& landmark : moved.landmarks_world) landmark *= random.Uniform(0.6, 1.6);
+  const FeatureWorld moved_world(moved, 2);
+  const FeatureNoise noise{0.3, 0.3, 0, 0};
+  NearestNeighbourMatcher matcher({});
+  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  std::string waiting_for;
+  initialiser.Add(FrameOf(0, world.View(path[0], noise, &random)), &waiting_for);
+  initialiser.Add(FrameOf(1, world.View(path[20], noise, &random)), &waiting_for);
+  ASSERT_EQ(waiting_for, "a third view that confirms the first two");
+  initialiser.Add(FrameOf(2, moved_world.View(path[30], noise, &random)), &waiting_for);
+  const auto request =
+      initialiser.Add(FrameOf(3, world.View(path[31], noise, &random)), &waiting_for);
+  ASSERT_TRUE(request) << waiting_for;
+  EXPECT_EQ(request->second.id.value, 1);
+}
+
 TEST(Initialiser, ForgetsItsViewsOnReset) {
   const FeatureWorld world = BoxWorld();
   Random random(9);
