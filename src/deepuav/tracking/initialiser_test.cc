@@ -269,50 +269,50 @@ TEST(Initialiser, GivesUpViewsThatGrewOld) {
   EXPECT_EQ(request->second.id.value, 133);
 }
 
-/// The second view shows points moved along the rays of the first: two views agree on a false map.
-TEST(Initialiser, GivesUpViewsThatALaterOneRefutes) {
-  const std::vector<SE3> path = SidewaysPath(60);
+/// Frames of a world, and of one with its points moved along the rays of the first view: with that
+/// view, any other of the moved world agrees, and on a false map.
+struct FalseMapTest : testing::Test {
+  FalseMapTest() : moved_world(Moved()) {}
+
+  FeatureWorld Moved() {
+    SyntheticWorld moved = world.world();
+    for (Eigen::Vector3d& landmark : moved.landmarks_world) landmark *= random.Uniform(0.6, 1.6);
+    return FeatureWorld(moved, 2);
+  }
+
+  std::optional<InitialMapRequest> Add(const FeatureWorld& seen, int step) {
+    poses.push_back(path[static_cast<size_t>(step)]);
+    const SyntheticView view = seen.View(poses.back(), {0.3, 0.3, 0, 0}, &random);
+    return initialiser.Add(FrameOf(std::ssize(poses) - 1, view), &waiting_for);
+  }
+
   const FeatureWorld world = BoxWorld();
-  Random random(5);
-  SyntheticWorld moved = world.world();
-  for (Eigen::Vector3d& landmark : moved.landmarks_world) landmark *= random.Uniform(0.6, 1.6);
-  const FeatureWorld moved_world(moved, 2);
-  const FeatureNoise noise{0.3, 0.3, 0, 0};
-  NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  const std::vector<SE3> path = SidewaysPath(60);
+  Random random{5};
+  const FeatureWorld moved_world;
+  NearestNeighbourMatcher matcher{NearestNeighbourOptions{}};
+  Initialiser initialiser{world.world().pinhole, {}, &matcher};
+  std::vector<SE3> poses;  ///< Of the frames so far.
   std::string waiting_for;
-  std::vector<SE3> poses = {path[0], path[20]};
-  initialiser.Add(FrameOf(0, world.View(path[0], noise, &random)), &waiting_for);
-  initialiser.Add(FrameOf(1, moved_world.View(path[20], noise, &random)), &waiting_for);
+};
+
+TEST_F(FalseMapTest, ViewsThatLaterOnesRefuteAreGivenUp) {
+  Add(world, 0);
+  Add(moved_world, 20);
   ASSERT_EQ(waiting_for, "a third view that confirms the first two");
   std::optional<InitialMapRequest> request;
-  for (size_t i = 28; i < path.size() && !request; ++i) {
-    poses.push_back(path[i]);
-    request = initialiser.Add(FrameOf(std::ssize(poses) - 1, world.View(path[i], noise, &random)),
-                              &waiting_for);
-  }
+  for (int step = 28; step < std::ssize(path) && !request; ++step) request = Add(world, step);
   ASSERT_TRUE(request) << waiting_for;
   ExpectTrue(*request, poses);
   EXPECT_LE(request->second.id.value, 3) << "the false pair was held";
 }
 
-TEST(Initialiser, ATruePairOutlastsABadView) {
-  const std::vector<SE3> path = SidewaysPath(60);
-  const FeatureWorld world = BoxWorld();
-  Random random(5);
-  SyntheticWorld moved = world.world();
-  for (Eigen::Vector3d& landmark : moved.landmarks_world) landmark *= random.Uniform(0.6, 1.6);
-  const FeatureWorld moved_world(moved, 2);
-  const FeatureNoise noise{0.3, 0.3, 0, 0};
-  NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
-  std::string waiting_for;
-  initialiser.Add(FrameOf(0, world.View(path[0], noise, &random)), &waiting_for);
-  initialiser.Add(FrameOf(1, world.View(path[20], noise, &random)), &waiting_for);
+TEST_F(FalseMapTest, ATruePairOutlastsABadView) {
+  Add(world, 0);
+  Add(world, 20);
   ASSERT_EQ(waiting_for, "a third view that confirms the first two");
-  initialiser.Add(FrameOf(2, moved_world.View(path[30], noise, &random)), &waiting_for);
-  const auto request =
-      initialiser.Add(FrameOf(3, world.View(path[31], noise, &random)), &waiting_for);
+  Add(moved_world, 30);
+  const auto request = Add(world, 31);
   ASSERT_TRUE(request) << waiting_for;
   EXPECT_EQ(request->second.id.value, 1);
 }
