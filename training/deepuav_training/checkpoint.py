@@ -43,13 +43,14 @@ def load_checkpoint(path: Path, state: TrainingState) -> None:
         raise TrainingError(f"{path}: found no checkpoint of this network: {error}") from error
 
 
-def start_from(path: Path, state: TrainingState) -> None:
+def start_from(path: Path, state: TrainingState, added: tuple = ()) -> None:
     """Sets the weights alone: the start of another run.
 
     Args:
         path: a checkpoint, of which the averaged weights are taken, or an exported file that notes
             which of its constants is which parameter.
         state: whose weights are set.
+        added: beginnings of the names of parameters that the file may lack, which stay as they are.
     """
     try:
         if path.suffix == ".onnx":
@@ -57,8 +58,10 @@ def start_from(path: Path, state: TrainingState) -> None:
                        in noted_parameters(read_onnx(path), str(path)).items()}
         else:
             average = torch.load(path, map_location="cpu", weights_only=True)["average"]
-        state.network.load_state_dict(average)
-        state.average.load_state_dict(average)
+        new = {name: value for name, value in state.average.state_dict().items()
+               if added and name.startswith(added) and name not in average}
+        state.network.load_state_dict(average | new)
+        state.average.load_state_dict(average | new)
     except (OSError, RuntimeError, KeyError, ValueError) as error:
         raise TrainingError(f"{path}: found no checkpoint of this network: {error}") from error
 

@@ -3,7 +3,7 @@
 import torch
 import torch.nn.functional as F
 
-from deepuav_training.data.matches import UNMATCHED
+from deepuav_training.data.matches import MISTAKABLE, UNMATCHED
 
 
 def assignment_loss(log_assignment: torch.Tensor, match0: torch.Tensor) -> torch.Tensor:
@@ -19,21 +19,24 @@ def assignment_loss(log_assignment: torch.Tensor, match0: torch.Tensor) -> torch
     return -mean_of_means(found, match0 >= 0)
 
 
-def mean_of_means(values: torch.Tensor, taken: torch.Tensor) -> torch.Tensor:
-    """The mean over the rows that have any of the mean of a row's values (B, N) that are taken."""
-    counts = taken.sum(dim=1)
-    means = (values * taken).sum(dim=1) / counts.clamp(min=1)
-    return means.sum() / (counts > 0).sum().clamp(min=1)
+def mean_of_means(values: torch.Tensor, weights: torch.Tensor) -> torch.Tensor:
+    """The mean over the rows that have any weight of the weighted mean of a row's values (B, N)."""
+    sums = weights.sum(dim=1)
+    means = (values * weights).sum(dim=1) / sums.clamp(min=1)
+    return means.sum() / (sums > 0).sum().clamp(min=1)
 
 
 def unmatched_loss(matchability0: torch.Tensor, matchability1: torch.Tensor,
-                   match0: torch.Tensor, match1: torch.Tensor) -> torch.Tensor:
+                   match0: torch.Tensor, match1: torch.Tensor, mistakable: float = 1.0
+                   ) -> torch.Tensor:
     """Negative log-likelihood that key points without a match have none, the mean over both views.
 
     Args:
         matchability0, matchability1: (B, N) and (B, M) logits.
-        match0, match1: (B, N) and (B, M) indices, UNMATCHED or UNKNOWN.
+        match0, match1: (B, N) and (B, M) indices, UNMATCHED, UNKNOWN or MISTAKABLE.
+        mistakable: weight of a mistakable key point, where an unmatched one has 1.
     """
-    means = [mean_of_means(F.softplus(logits), match == UNMATCHED)
+    means = [mean_of_means(F.softplus(logits), (match == UNMATCHED)
+                           + mistakable * (match == MISTAKABLE))
              for logits, match in ((matchability0, match0), (matchability1, match1))]
     return 0.5 * (means[0] + means[1])

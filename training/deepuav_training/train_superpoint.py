@@ -5,6 +5,7 @@
 Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command goes on.
 """
 
+import functools
 import logging
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -59,7 +60,6 @@ class TrainConfig(RunConfig):
     run: str = "runs/superpoint_small"
     size: str = "small"
     frozen: tuple = ()  # beginnings of the names of parameters that stay as they are
-    added: tuple = ()  # beginnings of the names of parameters that a file of --init lacks
     network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)  # of the small
     pairs: PairConfig = field(default_factory=PairConfig)
     losses: LossConfig = field(default_factory=LossConfig)
@@ -151,13 +151,13 @@ def objective(source: PairSource, config: TrainConfig) -> Objective:
     return Objective(losses, weights)
 
 
-def start(path: Path, state: TrainingState, source: PairSource, added: tuple) -> None:
+def start(path: Path, state: TrainingState, added: tuple, source: PairSource) -> None:
     """Starts from a checkpoint or, where no checkpoint was kept, from an exported file."""
     if path.suffix != ".onnx":
-        start_from(path, state)
+        start_from(path, state, added)
         return
     images = collate([source.draw(k) for k in range(_STATISTICS_PAIRS)]).images
-    load_exported(path, state.network, images, tuple(added))
+    load_exported(path, state.network, images, added)
     state.average.load_state_dict(state.network.state_dict())
 
 
@@ -172,7 +172,7 @@ def main() -> None:
     source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
     _LOG.info("%d of %d views labelled", len(source), len(views))
     finish_run(new_state(config), objective(source, config), config, arguments,
-               lambda path, state: start(path, state, source, config.added))
+               functools.partial(start, source=source))
 
 
 if __name__ == "__main__":

@@ -38,6 +38,7 @@ class RunConfig:
     """One training run, of whatever network."""
 
     run: str = "runs/run"  # folder of the checkpoint and the log
+    added: tuple = ()  # beginnings of the names of parameters that a file of --init lacks
     seed: int = 3
     threads: int = 1
     bfloat16: bool = True  # products in 16 bits, where the CPU computes in them
@@ -174,13 +175,13 @@ def start_run(config: RunConfig, arguments: argparse.Namespace) -> None:
 
 def finish_run(state: TrainingState, objective: Objective, config: RunConfig,
                arguments: argparse.Namespace,
-               start: Callable[[Path, TrainingState], None] = start_from) -> None:
+               start: Callable[[Path, TrainingState, tuple], None] = start_from) -> None:
     """Goes on from the run's checkpoint, or from --init by `start`, to the end of the schedule."""
     checkpoint = Path(config.run) / "checkpoint.pt"
     if checkpoint.exists():
         load_checkpoint(checkpoint, state)
     elif arguments.init:
-        start(arguments.init, state)
+        start(arguments.init, state, tuple(config.added))
         _LOG.info("weights of %s", arguments.init)
     _LOG.info("from step %d", state.step)
     train(state, objective, config, Pace(config.steps, arguments.until))

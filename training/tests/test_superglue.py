@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import openvino
 import pytest
@@ -5,7 +7,7 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
-from deepuav_training.data.matches import (UNKNOWN, UNMATCHED, MatchConfig, MatchSource, make_sample,
+from deepuav_training.data.matches import (MISTAKABLE, UNKNOWN, UNMATCHED, MatchConfig, MatchSource, make_sample,
                                            normalise, preferred_pairs, similarity_between,
                                            true_matches, turned)
 from deepuav_training.errors import TrainingError
@@ -65,6 +67,15 @@ def test_true_matches_are_mutual_and_near():
     match0, match1 = true_matches(points0, points1, points0, points1, MatchConfig())
     assert match0.tolist() == [0, UNKNOWN, UNMATCHED, UNMATCHED]
     assert match1.tolist() == [0, UNKNOWN, UNMATCHED]
+
+
+def test_unmatched_points_with_another_near_are_mistakable():
+    points0 = np.array([[10.0, 10], [34, 10], [50, 10], [70, 10]])
+    points1 = np.array([[11.0, 10], [30, 10], [56, 10], [90, 10]])
+    config = MatchConfig(apart_px=5, mistakable_px=10)
+    match0, match1 = true_matches(points0, points1, points0, points1, config)
+    assert match0.tolist() == [0, UNKNOWN, MISTAKABLE, UNMATCHED]
+    assert match1.tolist() == [0, UNKNOWN, MISTAKABLE, UNMATCHED]
 
 
 def test_of_two_candidates_the_nearer_matches():
@@ -210,6 +221,14 @@ def test_unmatched_loss_leaves_out_what_is_unknown():
     assert unmatched_loss(z0, z1, torch.tensor([[0, 1]]), torch.tensor([[0]])) == 0
 
 
+def test_mistakable_points_weigh_as_much_as_is_said():
+    z0, z1 = torch.tensor([[2.0, -1.0, 9.0]]), torch.tensor([[9.0]])
+    match0 = torch.tensor([[UNMATCHED, MISTAKABLE, UNKNOWN]])
+    expected = 0.5 * (np.log1p(np.exp(2)) + 3 * np.log1p(np.exp(-1))) / 4
+    loss = unmatched_loss(z0, z1, match0, torch.tensor([[UNKNOWN]]), mistakable=3)
+    assert loss.item() == pytest.approx(expected, rel=1e-5)
+
+
 def test_training_finds_matches_and_what_has_none(source):
     state = new_state(CONFIG, source)
     batch = collate([source.draw(k) for k in range(4)])
@@ -255,6 +274,19 @@ def test_a_new_run_goes_on_from_an_exported_file(tmp_path):
     for restored in (state.network, state.average):
         for name, value in trained.state_dict().items():
             torch.testing.assert_close(restored.state_dict()[name], value, atol=1e-3, rtol=1e-3)
+
+
+def test_added_layers_do_nothing_at_first(tmp_path):
+    trained, inputs = trained_network(), torch_inputs((9, 7))
+    export_onnx(trained, tmp_path / "glue.onnx")
+    deeper = GlueTrainConfig(network=replace(TINY, layers=3), bfloat16=False,
+                             added=("self_layers.2", "cross_layers.2"))
+    state = new_state(deeper, None)
+    start_from(tmp_path / "glue.onnx", state, deeper.added)
+    for network in (state.network, state.average):
+        torch.testing.assert_close(network(*inputs), trained(*inputs), atol=1e-2, rtol=1e-2)
+    with pytest.raises(TrainingError, match="glue.onnx"):
+        start_from(tmp_path / "glue.onnx", state, ("self_layers.2",))
 
 
 def test_a_run_does_not_go_on_from_a_file_of_another_network(tmp_path):

@@ -12,6 +12,7 @@ from deepuav_training.scene_cache import SceneFeatures, load_scene
 
 UNMATCHED = -1  # no key point of the other view shows the same
 UNKNOWN = -2  # too near to one that may
+MISTAKABLE = -3  # unmatched, but one lies near where it is seen: the error that is made most
 _LEAST_SEEN = 16  # key points from which a turn is told
 _STEP_TURN_RAD = math.radians(15)
 _STEP_SCALE = 1.25
@@ -26,6 +27,7 @@ class MatchConfig:
     random_share: float = 0.2  # pairs with a random choice of the key points, not the best
     match_px: float = 2.0  # key points that lie no farther apart show the same
     apart_px: float = 5.0  # those without another within this have no match
+    mistakable_px: float = 0.0  # of these, those with another within this are mistakable; 0: none
     least_matches: int = 8  # of a pair
     step_share: float = 0.4  # pairs that are a small step, as frames are
     turned_share: float = 0.2  # pairs that are turned far; the rest are any
@@ -49,7 +51,7 @@ class MatchSample:
     keypoints: np.ndarray  # (2, K, 2) float32, as the network takes them
     scores: np.ndarray  # (2, K) float32
     descriptors: np.ndarray  # (2, K, C) float32
-    match: np.ndarray  # (2, K) int64: index in the other view, UNMATCHED or UNKNOWN
+    match: np.ndarray  # (2, K) int64: index in the other view, UNMATCHED, UNKNOWN or MISTAKABLE
 
 
 def normalise(points: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -59,7 +61,7 @@ def normalise(points: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 def true_matches(points0: np.ndarray, points1: np.ndarray, seen0: np.ndarray, seen1: np.ndarray,
                  config: MatchConfig) -> tuple[np.ndarray, np.ndarray]:
-    """For each key point its match's index, UNMATCHED or UNKNOWN: (N,) and (M,) int64.
+    """For each key point its match's index, or why it has none: (N,) and (M,) int64.
 
     Args:
         points0: (N, 2) in view 0; points1: (M, 2) in view 1.
@@ -70,11 +72,16 @@ def true_matches(points0: np.ndarray, points1: np.ndarray, seen0: np.ndarray, se
     best0, best1 = distance.argmin(axis=1), distance.argmin(axis=0)
     mutual = best1[best0] == np.arange(len(points0))
     matched = mutual & (distance.min(axis=1) <= config.match_px)
-    match0, match1 = (np.where(nearest.min(axis=1) > config.apart_px, UNMATCHED, UNKNOWN)
-                      for nearest in (from0, from1))
+    match0, match1 = (_without_match(distances.min(axis=1), config) for distances in (from0, from1))
     match0[matched] = best0[matched]
     match1[best0[matched]] = np.flatnonzero(matched)
     return match0, match1
+
+
+def _without_match(nearest: np.ndarray, config: MatchConfig) -> np.ndarray:
+    """What key points are whose nearest in the other view is that far off, if they are not matched."""
+    return np.select([nearest <= config.apart_px, nearest <= config.mistakable_px],
+                     [UNKNOWN, MISTAKABLE], UNMATCHED)
 
 
 def _distance(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
