@@ -39,6 +39,28 @@ std::vector<Photograph> ListPhotographs(const fs::path& images) {
   return photographs;
 }
 
+constexpr int64_t kSecond = 1000000000;
+
+/// Gives photographs of the same time, as cameras that leave out fractions of a second write them,
+/// equal parts of the second or of what passes until the next. Says no where all have one time, or
+/// more than a camera takes in a second: that is when they were copied.
+bool SpreadEqualTimes(std::vector<Photograph>* sorted) {
+  constexpr int64_t kMostInOneSecond = 30;
+  const auto end = sorted->end();
+  for (auto first = sorted->begin(); first != end;) {
+    const int64_t time = first->exif.time->nanoseconds;
+    const auto next =
+        std::find_if(first, end, [&](const auto& p) { return p.exif.time->nanoseconds != time; });
+    const int64_t count = next - first;
+    if (count > kMostInOneSecond || (count > 1 && count == std::ssize(*sorted))) return false;
+    const int64_t passes =
+        next == end ? kSecond : std::min(kSecond, next->exif.time->nanoseconds - time);
+    for (int64_t i = 0; i < count; ++i, ++first)
+      first->exif.time->nanoseconds = time + i * passes / count;
+  }
+  return true;
+}
+
 bool SortByTime(std::vector<Photograph>* photographs) {
   if (!std::all_of(photographs->begin(), photographs->end(),
                    [](const auto& p) { return p.exif.time; }))
@@ -46,10 +68,7 @@ bool SortByTime(std::vector<Photograph>* photographs) {
   std::vector<Photograph> sorted = *photographs;
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return *a.exif.time < *b.exif.time; });
-  const auto repeated =
-      std::adjacent_find(sorted.begin(), sorted.end(),
-                         [](const auto& a, const auto& b) { return *a.exif.time == *b.exif.time; });
-  if (repeated != sorted.end()) return false;
+  if (!SpreadEqualTimes(&sorted)) return false;
   *photographs = std::move(sorted);
   return true;
 }
@@ -57,10 +76,9 @@ bool SortByTime(std::vector<Photograph>* photographs) {
 std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
                                         std::vector<Photograph>* photographs) {
   const bool timed = SortByTime(photographs);
-  Log().info(
-      "{}: {} photographs, times {}", images.string(), photographs->size(),
-      timed ? "from EXIF" : "of one second each by name, as EXIF times are missing or repeat");
-  constexpr int64_t kSecond = 1000000000;
+  Log().info("{}: {} photographs, times {}", images.string(), photographs->size(),
+             timed ? "from EXIF"
+                   : "of one second each by name, as EXIF times are missing or all the same");
   std::vector<ImageFileFrame> frames;
   frames.reserve(photographs->size());
   for (const Photograph& photograph : *photographs) {

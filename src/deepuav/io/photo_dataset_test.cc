@@ -67,7 +67,7 @@ TEST_F(PhotoDatasetTest, AreInOrderOfTime) {
   EXPECT_EQ(Names(), (Strings{"b.jpg", "a.jpg"}));
 }
 
-TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereATimeIsMissingOrRepeats) {
+TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereATimeIsMissingOrAllAreTheSame) {
   WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
   WritePhotograph("img_9.jpg", "");
   EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
@@ -76,6 +76,28 @@ TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereATimeIsMissingOrRepeats)
   WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
   EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
   EXPECT_EQ(Open()->Time(0).nanoseconds, 0);
+}
+
+TEST_F(PhotoDatasetTest, PhotographsOfOneSecondShareItByName) {
+  WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_11.jpg", "2018:04:29 12:06:47");
+  WritePhotograph("img_8.jpg", "2018:04:29 12:06:44");
+  WritePhotograph("img_12.jpg", "2018:04:29 12:06:47");
+  EXPECT_EQ(Names(), (Strings{"img_8.jpg", "img_9.jpg", "img_10.jpg", "img_11.jpg", "img_12.jpg"}));
+  const auto dataset = Open();
+  const double expected_s[] = {0, 2, 2.5, 3, 3.5};
+  for (int i = 0; i < dataset->size(); ++i) {
+    EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(i)), expected_s[i]) << i;
+  }
+}
+
+TEST_F(PhotoDatasetTest, ATimeOfMoreThanACameraTakesInASecondIsNotBelieved) {
+  for (int i = 0; i < 31; ++i) {
+    WritePhotograph(fmt::format("img_{}.jpg", i), "2018:04:29 12:06:46");
+  }
+  WritePhotograph("img_31.jpg", "2018:04:29 12:06:47");
+  EXPECT_EQ(Open()->Time(31).nanoseconds, 31000000000);
 }
 
 TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
