@@ -27,6 +27,7 @@ from deepuav_training.metrics import (area_under_curve, homography_error, precis
 SETS = ("easy", "hard", "turned 90", "turned 180")
 _LIMITS_PX = (1.0, 3.0, 5.0)
 _MATCH_PX = 3.0
+_NEIGHBOUR_PX = 10.0  # a wrong match within this is of the right place, but of another point
 
 _EASY = HomographyConfig(rotation_deg=15, any_rotation_share=0, scale_min=0.8, scale_max=1.25,
                          perspective=0.15, translation=0.05)
@@ -84,7 +85,7 @@ def measure(method: Method, pairs: list[Pair], estimators: tuple = ("lo-ransac",
             ) -> dict[str, dict[str, float]]:
     """Percentages over the pairs of one set, by estimator of the homography."""
     errors = {name: [] for name in estimators}
-    precisions, repeated, counts, matched = [], [], [], []
+    precisions, placed, repeated, counts, matched = [], [], [], [], []
     for pair in pairs:
         seen_a, seen_b = method.extract_a(pair.a), method.extract_b(pair.b)
         matches = method.match(seen_a, seen_b)
@@ -93,11 +94,13 @@ def measure(method: Method, pairs: list[Pair], estimators: tuple = ("lo-ransac",
         for name, found in errors.items():
             found.append(homography_error(a, b, pair.b_from_a, *size, name))
         precisions.append(precision(a, b, pair.b_from_a, _MATCH_PX))
+        placed.append(precision(a, b, pair.b_from_a, _NEIGHBOUR_PX))
         repeated.append(repeatability(seen_a.points, seen_b.points, pair.b_from_a, size, size,
                                       _MATCH_PX))
         counts.append(len(seen_a.points))
         matched.append(len(matches))
     shared = {"precision": 100 * float(np.mean(precisions)),
+              f"precision at {_NEIGHBOUR_PX:g} px": 100 * float(np.mean(placed)),
               "repeatability": 100 * float(np.mean(repeated)),
               "points": float(np.mean(counts)), "matches": float(np.mean(matched))}
     return {name: shared | {f"AUC@{limit:g}": 100 * area_under_curve(found, limit)

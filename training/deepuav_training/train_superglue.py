@@ -35,7 +35,7 @@ class GlueLossConfig:
     assignment: float = 1.0
     unmatched: float = 1.0
     earlier: float = 0.2  # mean over the layers before the last of the same two losses
-    mistakable: float = 1.0  # of a mistakable key point among the unmatched ones, which have 1
+    mistakable: float = 1.0  # of a mistakable key point; of another unmatched one 1
 
     def check(self, where: str) -> None:
         for name, value in vars(self).items():
@@ -79,7 +79,8 @@ def losses_of(network: SuperGlue, batch: GlueBatch, config: GlueTrainConfig
     with in_16_bits(config):
         first, *states = network.states(*inputs)
         assigned = [network.assign(*state) for state in states or [first]]
-    pairs = [(assignment_loss(log, batch.match[0]), unmatched_loss(z0, z1, *batch.match, config.losses.mistakable))
+    pairs = [(assignment_loss(log, batch.match[0]),
+              unmatched_loss(z0, z1, *batch.match, config.losses.mistakable))
              for log, z0, z1 in assigned]
     *earlier, (assignment, unmatched) = pairs
     layers = [a + u for a, u in earlier] or [torch.zeros(())]
@@ -107,7 +108,9 @@ def objective(source: MatchSource, config: GlueTrainConfig) -> Objective:
         batch = collate([source.draw(first + k) for k in range(config.batch)])
         return losses_of(network, batch, config)
 
-    return Objective(losses, dict(vars(config.losses)))
+    weights = {name: getattr(config.losses, name)
+               for name in ("assignment", "unmatched", "earlier")}
+    return Objective(losses, weights)
 
 
 @telling_errors

@@ -7,9 +7,9 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
-from deepuav_training.data.matches import (MISTAKABLE, UNKNOWN, UNMATCHED, MatchConfig, MatchSource, make_sample,
-                                           normalise, preferred_pairs, similarity_between,
-                                           true_matches, turned)
+from deepuav_training.data.matches import (MISTAKABLE, UNKNOWN, UNMATCHED, MatchConfig,
+                                           MatchSource, make_sample, normalise, preferred_pairs,
+                                           similarity_between, true_matches, turned)
 from deepuav_training.errors import TrainingError
 from deepuav_training.export_superglue import (INPUTS, OUTPUT, check_export, count_macs,
                                                export_onnx, random_inputs, write_matcher)
@@ -233,7 +233,7 @@ def test_training_finds_matches_and_what_has_none(source):
     state = new_state(CONFIG, source)
     batch = collate([source.draw(k) for k in range(4)])
     fixed = Objective(lambda network, _: losses_of(network, batch, CONFIG),
-                      dict(vars(CONFIG.losses)))
+                      objective(source, CONFIG).weights)
     state.progress = CONFIG.warmup
     first = train_step(state, fixed, CONFIG)
     for _ in range(60):

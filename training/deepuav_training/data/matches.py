@@ -37,6 +37,8 @@ class MatchConfig:
         check_field(self.points > 0, where, "points", self.points, "at least 1")
         check_field(0 < self.match_px <= self.apart_px, where, "match_px", self.match_px,
                     "0 < match_px <= apart_px")
+        check_field(self.mistakable_px == 0 or self.mistakable_px > self.apart_px, where,
+                    "mistakable_px", self.mistakable_px, "0 or more than apart_px")
         for name in ("random_share", "step_share", "turned_share", "upside_share"):
             value = getattr(self, name)
             check_field(0 <= value <= 1, where, name, value, "a share in [0, 1]")

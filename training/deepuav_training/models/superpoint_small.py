@@ -15,7 +15,6 @@ from deepuav_training.keypoints import CELL
 LOGITS = CELL * CELL + 1  # the pixels of a cell, row-major, and "no point"
 DESCRIPTOR = 256
 _NO_POINT_BIAS = 5.0  # a new network sees few points
-_OPTIONAL = ("quarter_detail", "descriptor_context")
 
 
 @dataclass(frozen=True)
@@ -30,11 +29,10 @@ class SmallSuperPointConfig:
     head: int = 96  # of the detector's hidden layers
     descriptor_hidden: int = 128
     quarter_detail: int = 0  # of the detail path from 1/4 to 1/8; 0: none
-    descriptor_context: int = 0  # of a block at 1/8 before the descriptor; 0: none
 
     def check(self, where: str) -> None:
         for name, value in vars(self).items():
-            least = 0 if name in _OPTIONAL else 1
+            least = 0 if name == "quarter_detail" else 1
             check_field(value >= least, where, name, value, f"at least {least} channels")
 
 
@@ -53,12 +51,9 @@ class SmallSuperPoint(nn.Module):
         self.half_detail = _convolution(c.half, c.detail, CELL // 2, CELL // 2)
         self.quarter_detail = (_convolution(c.quarter, c.quarter_detail, CELL // 4, CELL // 4)
                                if c.quarter_detail else None)
-        channels = c.deep + c.detail // 2 + c.detail + c.quarter_detail
         self.detector = nn.Sequential(
-            _convolution(channels, c.head, 1),
+            _convolution(c.deep + c.detail // 2 + c.detail + c.quarter_detail, c.head, 1),
             _convolution(c.head, c.head, 3), nn.Conv2d(c.head, LOGITS, 1))
-        self.descriptor_context = (Context(c.deep, channels, c.descriptor_context)
-                                   if c.descriptor_context else None)
         self.descriptor = nn.Sequential(_convolution(c.deep, c.descriptor_hidden, 1),
                                         nn.Conv2d(c.descriptor_hidden, DESCRIPTOR, 1))
         with torch.no_grad():
@@ -73,10 +68,8 @@ class SmallSuperPoint(nn.Module):
         features = [deep, self.image_detail(image), self.half_detail(half)]
         if self.quarter_detail is not None:
             features.append(self.quarter_detail(quarter))
-        features = torch.cat(features, dim=1)
-        if self.descriptor_context is not None:
-            deep = self.descriptor_context(deep, features)
-        return self.detector(features), F.normalize(self.descriptor(deep), dim=1)
+        logits = self.detector(torch.cat(features, dim=1))
+        return logits, F.normalize(self.descriptor(deep), dim=1)
 
 
 class Residual(nn.Module):
@@ -90,20 +83,6 @@ class Residual(nn.Module):
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         return F.relu(x + self.second(self.first(x)))
-
-
-class Context(nn.Module):
-    """Adds to features what is seen around them, in fine detail too; adds nothing at first."""
-
-    def __init__(self, channels: int, inputs: int, hidden: int):
-        super().__init__()
-        self.mix = _convolution(inputs, hidden, 1)
-        self.spread = _convolution(hidden, channels, 3, activate=False)
-        nn.init.zeros_(self.spread[1].weight)
-
-    def forward(self, x: torch.Tensor, seen: torch.Tensor) -> torch.Tensor:
-        """Features (B, channels, h, w), not negative, and the inputs (B, inputs, h, w)."""
-        return F.relu(x + self.spread(self.mix(seen)))
 
 
 def _convolution(inputs: int, outputs: int, size: int, stride: int = 1, activate: bool = True
