@@ -22,7 +22,7 @@ def assignment_loss(log_assignment: torch.Tensor, match0: torch.Tensor) -> torch
 def mean_of_means(values: torch.Tensor, weights: torch.Tensor) -> torch.Tensor:
     """The mean over the rows that have any weight of the weighted mean of a row's values (B, N)."""
     sums = weights.sum(dim=1)
-    means = (values * weights).sum(dim=1) / sums.clamp(min=1)
+    means = (values * weights).sum(dim=1) / sums.clamp(min=torch.finfo(values.dtype).tiny)
     return means.sum() / (sums > 0).sum().clamp(min=1)
 
 

@@ -223,10 +223,16 @@ def test_unmatched_loss_leaves_out_what_is_unknown():
 
 def test_mistakable_points_weigh_as_much_as_is_said():
     z0, z1 = torch.tensor([[2.0, -1.0, 9.0]]), torch.tensor([[9.0]])
-    match0 = torch.tensor([[UNMATCHED, MISTAKABLE, UNKNOWN]])
+    match0, match1 = torch.tensor([[UNMATCHED, MISTAKABLE, UNKNOWN]]), torch.tensor([[UNKNOWN]])
     expected = 0.5 * (np.log1p(np.exp(2)) + 3 * np.log1p(np.exp(-1))) / 4
-    loss = unmatched_loss(z0, z1, match0, torch.tensor([[UNKNOWN]]), mistakable=3)
+    loss = unmatched_loss(z0, z1, match0, match1, mistakable=3)
     assert loss.item() == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_row_of_little_weight_is_a_mean_too():
+    alone = unmatched_loss(torch.tensor([[2.0]]), torch.tensor([[9.0]]),
+                           torch.tensor([[MISTAKABLE]]), torch.tensor([[UNKNOWN]]), mistakable=0.25)
+    assert alone.item() == pytest.approx(0.5 * np.log1p(np.exp(2)), rel=1e-5)
 
 
 def test_training_finds_matches_and_what_has_none(source):
