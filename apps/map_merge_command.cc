@@ -65,8 +65,10 @@ void Merge(const MergeArguments& arguments) {
   LoadedAtlas all = LoadAll(arguments.files, &newer);
   ProbeOutput(arguments.out);
   const std::unique_ptr<Matcher> matcher = MakeMatcher(options, all.camera);
-  const JoiningReport report = JoinMaps(all.camera, options.system,
-                                        {nullptr, matcher.get(), &vocabulary}, newer, &all.atlas);
+  NearestNeighbourMatcher quick(options.matching);
+  Perception perception{nullptr, matcher.get(), &vocabulary};
+  if (NeedsSuperGlue(options)) perception.quick_matcher = &quick;
+  const JoiningReport report = JoinMaps(all.camera, options.system, perception, newer, &all.atlas);
   WriteMapFile(arguments.out, all.atlas, all.camera, all.origin);
   std::cout << fmt::format("{} maps joined, {} loops closed\n", report.merged_maps,
                            report.closed_loops);

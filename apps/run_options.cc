@@ -104,6 +104,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
       matcher_(MakeMatcher(options, camera)),
       vocabulary_file_(options.places.vocabulary) {
   if (!RecognisesPlaces(options)) return;
+  if (NeedsSuperGlue(options)) quick_matcher_.emplace(options.matching);
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
   if (vocabulary_->dimension() != extractor_.dimension()) {
     throw Error("{}: is for descriptors of dimension {}: expected {} as {} gives", vocabulary_file_,
@@ -116,7 +117,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
 
 Perception Eyes::perception() {
   return {&extractor_, matcher_.get(), vocabulary_ ? &*vocabulary_ : nullptr,
-          turned_ ? &*turned_ : nullptr};
+          turned_ ? &*turned_ : nullptr, quick_matcher_ ? &*quick_matcher_ : nullptr};
 }
 
 std::string Eyes::VocabularyDescription() const {

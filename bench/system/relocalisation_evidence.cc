@@ -191,7 +191,7 @@ void Run(const std::array<std::string, 4>& files, const std::vector<std::string>
       [&](const Keyframe& keyframe) { candidates.push_back(MakeLocalMap(map, keyframe.id, {})); });
 
   NearestNeighbourMatcher matcher(matching);
-  Relocaliser relocaliser(loaded.camera, options, {}, &matcher, nullptr);
+  Relocaliser relocaliser(loaded.camera, options, {}, {&matcher}, nullptr);
   std::vector<Row> rows;
   int queries = 0;
   double seconds = 0;

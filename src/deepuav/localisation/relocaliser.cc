@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
@@ -78,6 +79,11 @@ void AddNew(const std::vector<LocatedFrame::Seen>& more, const Frame& frame,
   }
 }
 
+/// Under which a candidate is tried; nothing: under all.
+std::optional<int> HeadingOf(std::span<const int> headings, size_t candidate) {
+  return headings.empty() ? std::nullopt : std::optional(headings[candidate]);
+}
+
 double MeanDistance(const LocatedFrame& located, const LocalMap& local_map) {
   const Eigen::Vector3d centre = located.cam_from_world.InverseTranslation();
   double sum = 0;
@@ -91,6 +97,8 @@ double MeanDistance(const LocatedFrame& located, const LocalMap& local_map) {
 
 void RelocaliserOptions::Check() const {
   CheckOption(neighbours >= 0, "looping.relocaliser.neighbours", neighbours, "0 or more");
+  CheckOption(thorough_candidates >= 0, "looping.relocaliser.thorough_candidates",
+              thorough_candidates, "0 or more");
   CheckOption(min_matches >= 4, "looping.relocaliser.min_matches", min_matches, "at least 4");
   CheckOption(search_radius_px > 0, "looping.relocaliser.search_radius_px", search_radius_px,
               "above 0");
@@ -111,12 +119,13 @@ void RelocaliserOptions::Check() const {
 }
 
 Relocaliser::Relocaliser(const Camera& camera, const RelocaliserOptions& options,
-                         const LocatorOptions& locator, Matcher* matcher, StageListener* stages)
+                         const LocatorOptions& locator, PlaceMatchers matchers,
+                         StageListener* stages)
     : camera_(camera),
       options_((options.Check(), options)),
       local_radius_px_(locator.local_radius_px),
-      locator_(camera, WithRobustPose(locator, options.absolute_pose), matcher, stages),
-      matcher_(matcher),
+      locator_(camera, WithRobustPose(locator, options.absolute_pose), matchers.quick, stages),
+      matchers_(matchers),
       stages_(stages) {}
 
 std::optional<Relocaliser::Found> Relocaliser::Relocalise(
@@ -126,13 +135,19 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
   const StageScope stage(stages_, "locate in places");
   const std::vector<View> views = ViewsOf(frame, turned, headings);
   const KeypointGrid grid(*frame.features);
-  std::vector<Found> all;
+  std::vector<std::optional<Found>> of_each;
   for (size_t i = 0; i < candidates.size(); ++i) {
-    const auto heading = headings.empty() ? std::nullopt : std::optional(headings[i]);
-    std::optional<Found> found = LocateViews(views, grid, *candidates[i], heading);
-    if (!found) continue;
-    found->candidate = static_cast<int>(i);
-    all.push_back(std::move(*found));
+    of_each.push_back(
+        LocateViews(views, grid, *candidates[i], HeadingOf(headings, i), matchers_.quick));
+  }
+  const auto sure = [this](const std::optional<Found>& f) { return f && IsSure(f->evidence); };
+  if (matchers_.thorough && std::none_of(of_each.begin(), of_each.end(), sure))
+    LocateThoroughly(views, grid, candidates, headings, &of_each);
+  std::vector<Found> all;
+  for (size_t i = 0; i < of_each.size(); ++i) {
+    if (!of_each[i]) continue;
+    of_each[i]->candidate = static_cast<int>(i);
+    all.push_back(std::move(*of_each[i]));
   }
   const auto fail = [reason](std::string text) {
     if (reason) *reason = std::move(text);
@@ -161,7 +176,24 @@ std::optional<Relocaliser::Found> Relocaliser::LocateIn(const Frame& frame,
                                                         std::span<const Descriptors> turned,
                                                         const LocalMap& candidate) {
   return LocateViews(ViewsOf(frame, turned, {}), KeypointGrid(*frame.features), candidate,
-                     std::nullopt);
+                     std::nullopt, matchers_.quick);
+}
+
+void Relocaliser::LocateThoroughly(const std::vector<View>& views, const KeypointGrid& grid,
+                                   std::span<const std::shared_ptr<const LocalMap>> candidates,
+                                   std::span<const int> headings,
+                                   std::vector<std::optional<Found>>* found) {
+  const auto inliers = [](const std::optional<Found>& f) { return f ? f->evidence.inliers : 0; };
+  std::vector<size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return inliers((*found)[a]) > inliers((*found)[b]); });
+  order.resize(std::min(order.size(), static_cast<size_t>(options_.thorough_candidates)));
+  for (size_t i : order) {
+    std::optional<Found> again =
+        LocateViews(views, grid, *candidates[i], HeadingOf(headings, i), matchers_.thorough);
+    if (inliers(again) > inliers((*found)[i])) (*found)[i] = std::move(again);
+  }
 }
 
 std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
@@ -191,16 +223,18 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
 std::optional<Relocaliser::Found> Relocaliser::LocateViews(const std::vector<View>& views,
                                                            const KeypointGrid& grid,
                                                            const LocalMap& candidate,
-                                                           std::optional<int> heading) {
+                                                           std::optional<int> heading,
+                                                           Matcher* matcher) {
   Trial best;
   for (const View& view : views) {
     if (heading && view.quarter_turns != 0 && view.quarter_turns != *heading) continue;
-    Trial trial = MatchCentre(view, candidate);
+    Trial trial = MatchCentre(view, candidate, matcher);
     const auto rank = [](const Trial& t) { return std::pair(t.Agreeing(), t.matches.size()); };
     if (!best.view || rank(trial) > rank(best)) best = std::move(trial);
     if (static_cast<int>(best.Agreeing()) >= options_.min_inliers) break;
   }
-  if (static_cast<int>(best.Agreeing()) < options_.min_inliers) MatchNeighbours(candidate, &best);
+  if (static_cast<int>(best.Agreeing()) < options_.min_inliers)
+    MatchNeighbours(candidate, matcher, &best);
   if (!best.pose) return std::nullopt;
 
   const Frame& frame = best.view->frame;
@@ -218,24 +252,25 @@ std::optional<Relocaliser::Found> Relocaliser::LocateViews(const std::vector<Vie
   return found;
 }
 
-Relocaliser::Trial Relocaliser::MatchCentre(const View& view, const LocalMap& candidate) {
+Relocaliser::Trial Relocaliser::MatchCentre(const View& view, const LocalMap& candidate,
+                                            Matcher* matcher) {
   Trial trial;
   trial.view = &view;
   const LocalKeyframe& centre = candidate.keyframes[static_cast<size_t>(candidate.centre)];
   trial.matches =
-      LandmarksOf(matcher_->MatchFeatures(*view.frame.features, *centre.features), centre);
+      LandmarksOf(matcher->MatchFeatures(*view.frame.features, *centre.features), centre);
   if (static_cast<int>(trial.matches.size()) >= options_.min_matches) {
     trial.pose = locator_.LocateByMatches(view.frame, candidate, trial.matches);
   }
   return trial;
 }
 
-void Relocaliser::MatchNeighbours(const LocalMap& candidate, Trial* trial) {
+void Relocaliser::MatchNeighbours(const LocalMap& candidate, Matcher* matcher, Trial* trial) {
   const Frame& frame = trial->view->frame;
   for (int index : NearestNeighbours(candidate, options_.neighbours)) {
     const LocalKeyframe& neighbour = candidate.keyframes[static_cast<size_t>(index)];
     const auto more =
-        LandmarksOf(matcher_->MatchFeatures(*frame.features, *neighbour.features), neighbour);
+        LandmarksOf(matcher->MatchFeatures(*frame.features, *neighbour.features), neighbour);
     AddNew(more, frame, candidate, &trial->matches);
   }
   if (static_cast<int>(trial->matches.size()) < options_.min_matches) return;

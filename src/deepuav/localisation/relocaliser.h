@@ -12,6 +12,7 @@ namespace deepuav {
 
 struct RelocaliserOptions {
   int neighbours = 2;            ///< Of a candidate's keyframe that are matched as well.
+  int thorough_candidates = 2;   ///< Matched again by the thorough matcher where no pose is sure.
   int min_matches = 15;          ///< Landmarks matched without a pose; fewer: not looked at closer.
   double search_radius_px = 15;  ///< Search window around a landmark's pixel by the first pose.
   int min_inliers = 30;          ///< Landmarks that agree with the pose at the end.
@@ -27,6 +28,9 @@ struct RelocaliserOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("neighbours", neighbours, "", "neighbours of a candidate that are matched as well");
+    visit("thorough_candidates", thorough_candidates, "",
+          "candidates that a learned matcher is asked for where nearest neighbours give no sure "
+          "pose");
     visit("min_matches", min_matches, "", "landmarks matched without a pose, at least");
     visit("search_radius_px", search_radius_px, "px",
           "search window around a landmark's pixel by the first pose");
@@ -54,6 +58,12 @@ struct LocationEvidence {
   double InlierRatio() const { return visible > 0 ? double(inliers) / visible : 0; }
 };
 
+/// What matches a frame with keyframes of places where it may be.
+struct PlaceMatchers {
+  Matcher* quick = nullptr;     ///< Of all candidates.
+  Matcher* thorough = nullptr;  ///< Of the best, where no pose is sure; null: none.
+};
+
 /// Finds a frame in maps without knowing where it is. A wrong pose is worse than none: one counts
 /// only if enough landmarks agree, they are a good share of those that the frame should see and lie
 /// all over its image, and no other place explains the frame nearly as well. Thread-compatible.
@@ -66,10 +76,9 @@ class Relocaliser {
     LocationEvidence evidence;
   };
 
-  /// `matcher` and `stages` (may be null) must outlive it. `locator` is used but for its robust
-  /// pose.
+  /// The pointers must outlive it; `stages` may be null. `locator` is used but for its robust pose.
   Relocaliser(const Camera& camera, const RelocaliserOptions& options,
-              const LocatorOptions& locator, Matcher* matcher, StageListener* stages);
+              const LocatorOptions& locator, PlaceMatchers matchers, StageListener* stages);
 
   /// `candidates`: the surroundings of keyframes (LocalMap::centre) that look like the frame.
   /// `turned`: the frame's descriptors on the image turned clockwise by 90, 180 and 270 degrees, or
@@ -82,7 +91,8 @@ class Relocaliser {
                                   std::string* reason = nullptr,
                                   std::span<const int> headings = {});
 
-  /// The best pose of one candidate, sure or not. Nothing where not even a first pose is found.
+  /// The best pose that the quick matcher gives of one candidate, sure or not. Nothing where not
+  /// even a first pose is found.
   std::optional<Found> LocateIn(const Frame& frame, std::span<const Descriptors> turned,
                                 const LocalMap& candidate);
 
@@ -107,11 +117,17 @@ class Relocaliser {
   /// Upright, and under those of the turned descriptors that `headings` name, or under all.
   std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned,
                             std::span<const int> headings) const;
+  /// Asks the thorough matcher for the candidates with most inliers, then for the first ones, and
+  /// keeps what is better than in `found`, a pose or none of each candidate.
+  void LocateThoroughly(const std::vector<View>& views, const KeypointGrid& grid,
+                        std::span<const std::shared_ptr<const LocalMap>> candidates,
+                        std::span<const int> headings, std::vector<std::optional<Found>>* found);
   /// Under `heading` and upright, or under all headings where there is none.
   std::optional<Found> LocateViews(const std::vector<View>& views, const KeypointGrid& grid,
-                                   const LocalMap& candidate, std::optional<int> heading);
-  Trial MatchCentre(const View& view, const LocalMap& candidate);
-  void MatchNeighbours(const LocalMap& candidate, Trial* trial);
+                                   const LocalMap& candidate, std::optional<int> heading,
+                                   Matcher* matcher);
+  Trial MatchCentre(const View& view, const LocalMap& candidate, Matcher* matcher);
+  void MatchNeighbours(const LocalMap& candidate, Matcher* matcher, Trial* trial);
   int CellCount(const Frame& frame, const LocatedFrame& located) const;
   bool Contradict(const Found& a, const Found& b,
                   std::span<const std::shared_ptr<const LocalMap>> candidates) const;
@@ -120,7 +136,7 @@ class Relocaliser {
   const RelocaliserOptions options_;
   const double local_radius_px_;
   const FrameLocator locator_;
-  Matcher* matcher_;
+  const PlaceMatchers matchers_;
   StageListener* stages_;
 };
 

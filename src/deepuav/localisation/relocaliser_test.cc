@@ -71,7 +71,7 @@ class RelocaliserTest : public testing::Test {
   std::optional<SyntheticMap> made_;
   LocalMaps around_;  ///< Of each keyframe.
   NearestNeighbourMatcher matcher_{{}};
-  Relocaliser relocaliser_{world_.camera(), {}, {}, &matcher_, nullptr};
+  Relocaliser relocaliser_{world_.camera(), {}, {}, {&matcher_}, nullptr};
   std::string reason_;
 };
 
@@ -131,7 +131,7 @@ TEST_F(RelocaliserTest, TellsTheMatcherPositionsAsOnTheTurnedImage) {
   NotingMatcher noting;
   RelocaliserOptions options;
   options.neighbours = 0;
-  Relocaliser relocaliser(world_.camera(), options, {}, &noting, nullptr);
+  Relocaliser relocaliser(world_.camera(), options, {}, {&noting}, nullptr);
   relocaliser.Relocalise(FrameOf(0, view), TurnedOf(features, 1, &random_), LocalMaps{around_[0]});
   ASSERT_EQ(noting.positions.size(), 4u);
   // 324 right of the centre (376, 240) and 140 above it.
@@ -213,7 +213,7 @@ TEST_F(RelocaliserTest, RefusesASmallRepeatedObject) {
 
   RelocaliserOptions anywhere;
   anywhere.min_cells = 1;
-  EXPECT_TRUE(Relocaliser(world_.camera(), anywhere, {}, &matcher_, nullptr)
+  EXPECT_TRUE(Relocaliser(world_.camera(), anywhere, {}, {&matcher_}, nullptr)
                   .Relocalise(FrameOf(100, view), {}, LocalMaps{around_[2]}))
       << "only how little of the image it covers speaks against it";
 }
@@ -276,6 +276,79 @@ TEST_F(RelocaliserTest, SeesNothingBehindTheCamera) {
   EXPECT_FALSE(Relocalise(world_.View(truth, {0.5, 0.2, 0, 0}, &random_), {mirrored}));
 }
 
+/// Counts what it is asked, and matches only what it is told to.
+class CountingMatcher : public Matcher {
+ public:
+  explicit CountingMatcher(bool matches) : matches_(matches) {}
+  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
+    ++calls;
+    return matches_ ? nearest_.MatchFeatures(a, b) : std::vector<Match>();
+  }
+  std::string Description() const override { return "counting"; }
+  int calls = 0;
+
+ private:
+  const bool matches_;
+  NearestNeighbourMatcher nearest_{{}};
+};
+
+TEST_F(RelocaliserTest, AsksTheThoroughMatcherOnlyWhereNoPoseIsSure) {
+  const SyntheticView view = world_.View(Above(6, 1, 0), {0.5, 0.3, 0, 50}, &random_);
+  CountingMatcher quick(true), thorough(true);
+  Relocaliser relocaliser(world_.camera(), {}, {}, {&quick, &thorough}, nullptr);
+  EXPECT_TRUE(relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{around_[2]}));
+  EXPECT_GT(quick.calls, 0);
+  EXPECT_EQ(thorough.calls, 0);
+}
+
+TEST_F(RelocaliserTest, TheThoroughMatcherFindsWhatTheQuickOneDoesNotInTheFirstCandidates) {
+  const SE3 truth = Above(6, 1, 0);
+  const SyntheticView view = world_.View(truth, {0.5, 0.3, 0, 50}, &random_);
+  const FeatureWorld elsewhere{Ground(7), 8};
+  const SyntheticMap other =
+      MakeTrueMap(elsewhere, {Above(0, 0, 0), Above(2, 0, 0)}, {0.5, 0.3, 0, 0}, &random_);
+  const auto wrong = MakeLocalMap(other.map, other.keyframes[0], {});
+  RelocaliserOptions options;
+  options.neighbours = 0;
+  for (const bool first : {true, false}) {
+    CountingMatcher quick(false), thorough(true);
+    Relocaliser relocaliser(world_.camera(), options, {}, {&quick, &thorough}, nullptr);
+    const LocalMaps candidates =
+        first ? LocalMaps{wrong, around_[2], wrong} : LocalMaps{wrong, wrong, around_[2]};
+    const auto found = relocaliser.Relocalise(FrameOf(100, view), {}, candidates);
+    EXPECT_EQ(quick.calls, 3);
+    EXPECT_EQ(thorough.calls, options.thorough_candidates);
+    ASSERT_EQ(found.has_value(), first);
+    if (!found) continue;
+    EXPECT_EQ(found->candidate, 1);
+    ExpectPose(found->located.cam_from_world, truth);
+  }
+}
+
+/// The quick matcher finds an unsure pose in the last candidate: it is tried before the first.
+TEST_F(RelocaliserTest, TheThoroughMatcherIsAskedForCandidatesWithAPoseFirst) {
+  RelocaliserOptions options;
+  options.min_inliers = 10000;  // no pose is sure
+  options.neighbours = 0;
+  options.thorough_candidates = 1;
+  class RecordingMatcher : public Matcher {
+   public:
+    std::vector<Match> MatchFeatures(const Features& /*a*/, const Features& b) override {
+      asked.push_back(&b);
+      return {};
+    }
+    std::string Description() const override { return "recording"; }
+    std::vector<const Features*> asked;
+  };
+  RecordingMatcher thorough;
+  const SyntheticView view = world_.View(Above(0, 0, 0), {0.5, 0.3, 0, 50}, &random_);
+  Relocaliser relocaliser(world_.camera(), options, {}, {&matcher_, &thorough}, nullptr);
+  relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{around_[7], around_[6], around_[0]});
+  const LocalMap& last = *around_[0];
+  ASSERT_EQ(thorough.asked.size(), 1u);
+  EXPECT_EQ(thorough.asked[0], last.keyframes[static_cast<size_t>(last.centre)].features.get());
+}
+
 TEST_F(RelocaliserTest, GivesTheSameTwice) {
   const SyntheticView view = world_.View(Above(6, 1, 30), {0.5, 0.3, 0.4, 50}, &random_);
   const LocalMaps candidates = {around_[1], around_[3]};
@@ -298,6 +371,7 @@ TEST_F(RelocaliserTest, TurnedDescriptorsMustFitTheFrame) {
 TEST(RelocaliserOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(RelocaliserOptions().Check());
   EXPECT_THROW(OptionsWith(&RelocaliserOptions::neighbours, -1).Check(), Error);
+  EXPECT_THROW(OptionsWith(&RelocaliserOptions::thorough_candidates, -1).Check(), Error);
   EXPECT_THROW(OptionsWith(&RelocaliserOptions::min_matches, 3).Check(), Error);
   EXPECT_THROW(OptionsWith(&RelocaliserOptions::search_radius_px, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&RelocaliserOptions::min_inliers, 5).Check(), Error);

@@ -61,12 +61,12 @@ void LoopingOptions::Check() const {
 
 LoopCloser::LoopCloser(const Camera& camera, const LoopingOptions& options,
                        const LocatorOptions& locator, const Vocabulary* vocabulary,
-                       Matcher* matcher, StageListener* stages)
+                       PlaceMatchers matchers, StageListener* stages)
     : camera_(camera),
       options_(options),
       stages_(stages),
       recogniser_(vocabulary, options.recogniser),
-      relocaliser_(camera, ForVerifying(options), locator, matcher, nullptr),
+      relocaliser_(camera, ForVerifying(options), locator, matchers, nullptr),
       verifier_(camera.pinhole, options.verifier, &relocaliser_) {
   options_.Check();
 }

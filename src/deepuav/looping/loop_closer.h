@@ -52,7 +52,7 @@ class LoopCloser {
  public:
   /// The pointers must outlive it; `stages` may be null. `locator` as of Relocaliser.
   LoopCloser(const Camera& camera, const LoopingOptions& options, const LocatorOptions& locator,
-             const Vocabulary* vocabulary, Matcher* matcher, StageListener* stages);
+             const Vocabulary* vocabulary, PlaceMatchers matchers, StageListener* stages);
 
   /// Whether the keyframe could close a loop: something else than its neighbours is known.
   bool HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId keyframe) const;

@@ -32,7 +32,8 @@ class LoopCloserTest : public testing::Test {
   }
   void Begin(const LoopingOptions& options = {}) {
     vocabulary_.emplace(VocabularyOf(made_.views));
-    closer_.emplace(world_.camera(), options, LocatorOptions{}, &*vocabulary_, &matcher_, nullptr);
+    closer_.emplace(world_.camera(), options, LocatorOptions{}, &*vocabulary_,
+                    PlaceMatchers{&matcher_}, nullptr);
     for (KeyframeId id : first_.keyframes) closer_->Remember(made_.atlas.At(MapId{0}).At(id));
   }
   std::optional<MapCorrection> Process(const Visit& visit, size_t k) {

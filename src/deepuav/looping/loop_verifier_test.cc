@@ -48,7 +48,7 @@ class LoopVerifierTest : public testing::Test {
   SyntheticVisits made_{world_, 2};
   Visit place_;
   NearestNeighbourMatcher matcher_{{}};
-  Relocaliser relocaliser_{world_.camera(), {}, {}, &matcher_, nullptr};
+  Relocaliser relocaliser_{world_.camera(), {}, {}, {&matcher_}, nullptr};
   LoopVerifier verifier_{world_.world().pinhole, {}, &relocaliser_};
   std::string reason_;
 };

@@ -39,8 +39,8 @@ class BackEndTest : public testing::Test {
     place_ = made_.Add(made_.AddMap(), FlightAlongStrip(0, 8));
     flight_ = made_.Add(made_.AddMap(), FlightAlongStrip(1, 3, 0.5, 1), map_from_world_);
     vocabulary_.emplace(VocabularyOf(made_.views));
-    closer_.emplace(world_.camera(), LoopingOptions{}, LocatorOptions{}, &*vocabulary_, &matcher_,
-                    nullptr);
+    closer_.emplace(world_.camera(), LoopingOptions{}, LocatorOptions{}, &*vocabulary_,
+                    PlaceMatchers{&matcher_}, nullptr);
     for (KeyframeId id : place_.keyframes) closer_->Remember(made_.atlas.At(place_.map).At(id));
   }
 

@@ -22,8 +22,11 @@ JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
                        Atlas* atlas) {
   if (!perception.vocabulary) throw Error("maps cannot be joined without a vocabulary");
   Mapper mapper(camera, options.mapping, atlas, nullptr);
+  const PlaceMatchers matchers = perception.quick_matcher
+                                     ? PlaceMatchers{perception.quick_matcher, perception.matcher}
+                                     : PlaceMatchers{perception.matcher};
   LoopCloser loop_closer(camera, options.looping, options.tracking.locator, perception.vocabulary,
-                         perception.matcher, nullptr);
+                         matchers, nullptr);
   for (MapId map : atlas->Remaining()) {
     if (std::find(newer.begin(), newer.end(), map) != newer.end()) continue;
     for (KeyframeId keyframe : KeyframesOf(atlas->At(map)))

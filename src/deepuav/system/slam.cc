@@ -94,15 +94,21 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
                 options.adjustment_delay_keyframes, &clock_),
       tracker_(camera, TrackingIn(options), &matcher_, &clock_),
-      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator, &matcher_,
-                   &clock_) {
+      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator,
+                   MatchersOfPlaces(), &clock_) {
   options_.Check();
+}
+
+PlaceMatchers Slam::MatchersOfPlaces() {
+  if (!perception_.quick_matcher) return {&matcher_};
+  if (!quick_matcher_) quick_matcher_.emplace(perception_.quick_matcher);
+  return {&*quick_matcher_, &matcher_};
 }
 
 LoopCloser* Slam::MakeLoopCloser() {
   if (!perception_.vocabulary || !options_.looping.enabled) return nullptr;
   return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator,
-                               perception_.vocabulary, &matcher_, &clock_);
+                               perception_.vocabulary, MatchersOfPlaces(), &clock_);
 }
 
 void Slam::Load(Atlas atlas) {

@@ -111,6 +111,9 @@ struct Perception {
   Matcher* matcher = nullptr;
   const Vocabulary* vocabulary = nullptr;  ///< Null: places are not recognised.
   TurnedDescriber* turned = nullptr;       ///< Null: only under about the same heading.
+  /// Looks at places first, so that a slow `matcher` is asked for the best of them only; null:
+  /// none.
+  Matcher* quick_matcher = nullptr;
 };
 
 /// Tracker, Mapper and LoopCloser wired together. One run an instance.
@@ -145,6 +148,7 @@ class Slam {
                                                 std::span<const Descriptors> turned);
   /// Whether it is time to look for a lost camera under other headings again.
   bool TurnsAt(Timestamp time);
+  PlaceMatchers MatchersOfPlaces();
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
@@ -161,6 +165,7 @@ class Slam {
   const SystemOptions options_;
   const Perception perception_;
   SharedMatcher matcher_;
+  std::optional<SharedMatcher> quick_matcher_;
   StageClock clock_;
   Atlas atlas_;
   Mapper mapper_;
