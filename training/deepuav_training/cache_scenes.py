@@ -33,21 +33,27 @@ _ATTEMPTS = 20  # at a scene whose views all have enough key points
 
 
 @dataclass(frozen=True)
-class CacheConfig:
-    """What is rendered, whose features are kept and where."""
+class SceneSourceConfig:
+    """What scenes are drawn from."""
 
     labels: str = "configs/labels.yaml"  # names the photographs and the places held out
     heights: str = "dem"  # folder of height maps among the photographs' folders
+    seed: int = 21
+    scene: SceneConfig = field(default_factory=SceneConfig)
+
+
+@dataclass(frozen=True)
+class CacheConfig(SceneSourceConfig):
+    """What is rendered, whose features are kept and where."""
+
     networks: tuple = ("../models/superpoint_small.onnx",)  # of one descriptor space; by turns
     cache: str = "cache/scenes"
     count: int = 4000  # scenes
-    seed: int = 21
     threads: int = 1
     precision: str = "bf16"
     # No threshold: every view gives the same number of key points, good and bad ones.
     detection: DetectionConfig = field(
         default_factory=lambda: DetectionConfig(max_points=512, threshold=0.0))
-    scene: SceneConfig = field(default_factory=SceneConfig)
 
     def check(self, where: str) -> None:
         check_field(self.count > 0, where, "count", self.count, "at least 1")
@@ -57,7 +63,7 @@ class CacheConfig:
 class SceneSource:
     """Draws scenes of the training photographs; a scene depends on the seed and its index alone."""
 
-    def __init__(self, config: CacheConfig):
+    def __init__(self, config: SceneSourceConfig):
         labels = load_config(LabelConfig, config.labels)
         training, _ = split_photographs(read_manifest(labels.images), labels.split)
         self._config = config

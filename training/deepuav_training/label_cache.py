@@ -10,7 +10,7 @@ import numpy as np
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import unit_descriptors
 
-_DESCRIPTOR_SCALE = 127.0
+DESCRIPTOR_SCALE = 127.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def save_labels(path: Path, labels: Labels) -> None:
     with partial.open("wb") as stream:
         np.savez(stream, points=labels.points.astype(np.float32),
                  mass=labels.mass.astype(np.float16),
-                 descriptors=np.rint(labels.descriptors * _DESCRIPTOR_SCALE).astype(np.int8))
+                 descriptors=np.rint(labels.descriptors * DESCRIPTOR_SCALE).astype(np.int8))
     partial.replace(path)
 
 

@@ -7,6 +7,7 @@ Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command go
 
 import functools
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,17 +18,22 @@ from deepuav_training.cache_identity import check_claim
 from deepuav_training.checkpoint import TrainingState, start_from
 from deepuav_training.config import check_field, load_config
 from deepuav_training.data.pairs import PairConfig, PairSource, Sample
+from deepuav_training.data.scene_pairs import ScenePairConfig, ScenePairSource, mixed_draw
 from deepuav_training.errors import telling_errors
 from deepuav_training.label import LabelConfig, label_identity, training_views
+from deepuav_training.label_scenes import LabelScenesConfig, labelled_identity
 from deepuav_training.losses import (detector_loss, distillation_loss, dual_softmax_loss,
                                      position_loss, sample_descriptors)
 from deepuav_training.models.superpoint_large import LargeSuperPoint
 from deepuav_training.models.superpoint_small import SmallSuperPoint, SmallSuperPointConfig
 from deepuav_training.onnx_weights import load_exported
+from deepuav_training.scene_cache import cached_scenes
 from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
                                            run_arguments, start_run, training_state)
 
 _LOG = logging.getLogger(__name__)
+Draw = Callable[[int], Sample]  # the sample of a running number
+
 _STATISTICS_PAIRS = 32  # from which an exported network's normalisations are restored
 
 
@@ -62,6 +68,7 @@ class TrainConfig(RunConfig):
     frozen: tuple = ()  # beginnings of the names of parameters that stay as they are
     network: SmallSuperPointConfig = field(default_factory=SmallSuperPointConfig)  # of the small
     pairs: PairConfig = field(default_factory=PairConfig)
+    rendered: ScenePairConfig = field(default_factory=ScenePairConfig)
     losses: LossConfig = field(default_factory=LossConfig)
 
     def check(self, where: str) -> None:
@@ -138,12 +145,12 @@ def new_state(config: TrainConfig) -> TrainingState:
     return training_state(network.to(memory_format=torch.channels_last), config)
 
 
-def objective(source: PairSource, config: TrainConfig) -> Objective:
-    """The losses of the source's samples, each step's being the next ones."""
+def objective(draw: Draw, config: TrainConfig) -> Objective:
+    """The losses of the samples drawn, each step's being the next ones."""
 
     def losses(network: torch.nn.Module, step: int) -> dict[str, torch.Tensor]:
         first = step * config.batch
-        batch = collate([source.draw(first + k) for k in range(config.batch)])
+        batch = collate([draw(first + k) for k in range(config.batch)])
         return losses_of(network, batch, config)
 
     weights = {name: getattr(config.losses, name)
@@ -151,14 +158,32 @@ def objective(source: PairSource, config: TrainConfig) -> Objective:
     return Objective(losses, weights)
 
 
-def start(path: Path, state: TrainingState, added: tuple, source: PairSource) -> None:
+def start(path: Path, state: TrainingState, added: tuple, draw: Draw) -> None:
     """Starts from a checkpoint or, where no checkpoint was kept, from an exported file."""
     if path.suffix != ".onnx":
         start_from(path, state, added)
         return
-    images = collate([source.draw(k) for k in range(_STATISTICS_PAIRS)]).images
+    images = collate([draw(k) for k in range(_STATISTICS_PAIRS)]).images
     load_exported(path, state.network, images, added)
     state.average.load_state_dict(state.network.state_dict())
+
+
+def samples(config: TrainConfig) -> Draw:
+    """What the run is trained on: warped photographs and, if asked for, rendered scenes."""
+    labels = load_config(LabelConfig, config.labels)
+    check_claim(labels.cache, label_identity(labels))
+    views = training_views(labels)
+    flat = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
+    _LOG.info("%d of %d views labelled", len(flat), len(views))
+    c = config.rendered
+    if not c.scenes:
+        return flat.draw
+    rendered = load_config(LabelScenesConfig, c.scenes)
+    check_claim(rendered.cache, labelled_identity(rendered))
+    scenes = ScenePairSource(cached_scenes(rendered.cache, rendered.count), c.least_shared,
+                             config.pairs, config.seed)
+    _LOG.info("%d of %d scenes labelled", len(scenes), rendered.count)
+    return mixed_draw(flat, scenes, c.share)
 
 
 @telling_errors
@@ -166,13 +191,9 @@ def main() -> None:
     arguments = run_arguments(__doc__.splitlines()[0]).parse_args()
     config = load_config(TrainConfig, arguments.config)
     start_run(config, arguments)
-    labels = load_config(LabelConfig, config.labels)
-    check_claim(labels.cache, label_identity(labels))
-    views = training_views(labels)
-    source = PairSource(views, labels.images, labels.cache, labels.views, config.pairs, config.seed)
-    _LOG.info("%d of %d views labelled", len(source), len(views))
-    finish_run(new_state(config), objective(source, config), config, arguments,
-               functools.partial(start, source=source))
+    draw = samples(config)
+    finish_run(new_state(config), objective(draw, config), config, arguments,
+               functools.partial(start, draw=draw))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import CELL
 from deepuav_training.label_cache import Labels, label_path, load_labels
 
+
 @dataclass(frozen=True)
 class PairConfig:
     """How a sample is drawn from a labelled view."""
@@ -33,7 +34,7 @@ class PairConfig:
 
 @dataclass(frozen=True)
 class Sample:
-    """One pair; index 0 is the labelled view, 1 its warped copy."""
+    """One pair; index 0 is the labelled view, 1 its warped copy or another view of the scene."""
 
     images: np.ndarray  # (2, H, W) uint8
     cells: np.ndarray  # (2, 65, H/8, W/8) float32: probabilities of the cells' pixels and none
@@ -78,18 +79,26 @@ class PairSource:
         images = [degrade(warp_image(photo, h @ view.view_from_photo, width, height)[0], rng,
                           c.photometric) for h in homographies]
         points = [warp_points(h, labels.points.astype(np.float64)) for h in homographies]
-        cells = [cell_labels(p, labels.mass, width, height, c.label_sigma) for p in points]
         known = [known_cells(h, width, height, c.label_border) for h in homographies]
-        nearest = [nearest_points(p, width, height) for p in points]
-        both = np.flatnonzero(inside(points[0], width, height, c.label_border)
-                              & inside(points[1], width, height, c.label_border))
-        chosen = rng.permutation(both)[: c.points]
-        pair = np.zeros((2, c.points, 2), np.float32)
-        pair[:, : len(chosen)] = np.stack(points)[:, chosen]
-        descriptors = np.zeros((c.points, labels.descriptors.shape[1]), np.float32)
-        descriptors[: len(chosen)] = labels.descriptors[chosen]
-        return Sample(np.stack(images), np.stack(cells), np.stack(known), np.stack(nearest), pair,
-                      descriptors, len(chosen))
+        return make_sample(images, points, known, labels, rng, c)
+
+
+def make_sample(images: list[np.ndarray], points: list[np.ndarray], known: list[np.ndarray],
+                labels: Labels, rng: np.random.Generator, config: PairConfig) -> Sample:
+    """The sample of two images (H, W), given where each shows the labelled points, (N, 2) with NaN
+    where it does not, and which of its cells (H/8, W/8) the labels cover."""
+    height, width = images[0].shape
+    cells = [cell_labels(p, labels.mass, width, height, config.label_sigma) for p in points]
+    nearest = [nearest_points(p, width, height) for p in points]
+    both = np.flatnonzero(inside(points[0], width, height, config.label_border)
+                          & inside(points[1], width, height, config.label_border))
+    chosen = rng.permutation(both)[: config.points]
+    pair = np.zeros((2, config.points, 2), np.float32)
+    pair[:, : len(chosen)] = np.stack(points)[:, chosen]
+    descriptors = np.zeros((config.points, labels.descriptors.shape[1]), np.float32)
+    descriptors[: len(chosen)] = labels.descriptors[chosen]
+    return Sample(np.stack(images), np.stack(cells), np.stack(known), np.stack(nearest), pair,
+                  descriptors, len(chosen))
 
 
 def cell_labels(points: np.ndarray, mass: np.ndarray, width: int, height: int, sigma: float
