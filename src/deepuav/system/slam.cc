@@ -107,8 +107,10 @@ PlaceMatchers Slam::MatchersOfPlaces() {
 
 LoopCloser* Slam::MakeLoopCloser() {
   if (!perception_.vocabulary || !options_.looping.enabled) return nullptr;
+  // A loop that the quick matcher misses is there for the next keyframe, too; every keyframe asks.
+  const PlaceMatchers matchers{MatchersOfPlaces().quick};
   return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator,
-                               perception_.vocabulary, MatchersOfPlaces(), &clock_);
+                               perception_.vocabulary, matchers, &clock_);
 }
 
 void Slam::Load(Atlas atlas) {

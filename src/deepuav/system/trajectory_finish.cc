@@ -69,20 +69,29 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
 
 void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,
                                       const std::function<bool()>& stop) const {
-  const auto in_map = [&](size_t i, MapId map) {
-    return i < records->size() && (*records)[i].map == map;
-  };
   for (size_t i = 0; i < records->size(); ++i) {
     FrameRecord& record = (*records)[i];
     if (!record.located() || !record.features) continue;
     if (stop && stop()) return;
     FrameRecord again = record;
-    const bool richer = i > 0 && in_map(i - 1, record.map) && in_map(i + 1, record.map) &&
-                        Locate((*records)[i - 1], &(*records)[i + 1], &again) &&
-                        again.landmark_count > record.landmark_count;
-    if (richer) record = std::move(again);
+    if (LocateBetween(*records, i, &again) && again.landmark_count > record.landmark_count)
+      record = std::move(again);
     record.features.reset();
   }
+}
+
+bool TrajectoryFinish::LocateBetween(const std::vector<FrameRecord>& records, size_t i,
+                                     FrameRecord* record) const {
+  const auto in_map = [&](ptrdiff_t k) -> const FrameRecord* {
+    if (k < 0 || k >= std::ssize(records)) return nullptr;
+    const FrameRecord& other = records[static_cast<size_t>(k)];
+    return other.map == record->map ? &other : nullptr;
+  };
+  const auto at = static_cast<ptrdiff_t>(i);
+  const FrameRecord* previous = in_map(at - 1);
+  const FrameRecord* next = in_map(at + 1);
+  if (previous) return Locate(*previous, next ? next : in_map(at - 2), record);
+  return next && Locate(*next, in_map(at + 2), record);
 }
 
 void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records,

@@ -30,6 +30,8 @@ class TrajectoryFinish {
   std::map<FrameId, const Keyframe*> TrustedKeyframes() const;
   void Refine(FrameRecord* record) const;
   void LocateDoubtful(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
+  /// Frame i anew from its neighbours in the same map, or from one where the other is not in it.
+  bool LocateBetween(const std::vector<FrameRecord>& records, size_t i, FrameRecord* record) const;
   void LocateTowards(int step, std::vector<FrameRecord>* records,
                      const std::function<bool()>& stop) const;
   bool Locate(const FrameRecord& neighbour, const FrameRecord* before, FrameRecord* record) const;

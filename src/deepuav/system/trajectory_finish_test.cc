@@ -1,0 +1,138 @@
+#include "deepuav/system/trajectory_finish.h"
+
+#include <gtest/gtest.h>
+
+#include "deepuav/matching/nearest_neighbour.h"
+#include "support/synthetic_map.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kHeight = 12, kStep = 0.5;  // of keyframes 5 steps apart
+constexpr int kFrames = 26, kKeyframes = 6;
+
+SE3 PoseAt(double frame) { return LookDown({kStep * frame, 0, kHeight}, 0.01 * frame); }
+
+SyntheticWorld Ground() {
+  Random random(1);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksOnGround(2500, {-10, -10}, {30, 10}, 1, &random);
+  return world;
+}
+
+/// A map of a straight flight, and records of its frames as tracking left them.
+class TrajectoryFinishTest : public testing::Test {
+ protected:
+  TrajectoryFinishTest() {
+    std::vector<SE3> poses;
+    for (int k = 0; k < kKeyframes; ++k) poses.push_back(PoseAt(5 * k));
+    SyntheticMap made = MakeTrueMap(world_, poses, {0.5, 0.3, 0, 30}, &random_);
+    keyframes_ = made.keyframes;
+    landmark_of_ = made.landmark_of;
+    atlas_.Add(std::move(made.map));
+    for (int i = 0; i < kFrames; ++i) records_.push_back(Tracked(i));
+  }
+
+  FrameRecord Tracked(int i) {
+    const SyntheticView view = world_.View(PoseAt(i), {0.5, 0.3, 0, 50}, &random_);
+    const Frame frame = FrameOf(1000 + i, view);
+    TrackingResult result;
+    result.state = TrackingState::kTracking;
+    const KeyframeId near = keyframes_[static_cast<size_t>(std::min(i / 5, kKeyframes - 1))];
+    const SE3 near_from_world = atlas_.At(MapId{0}).At(near).cam_from_world;
+    result.pose = TrackedPose{MapId{0}, {near, PoseAt(i) * near_from_world.Inverse(), 1}, {}};
+    for (size_t k = 0; k < view.landmark.size(); ++k) {
+      if (view.landmark[k] < 0) continue;
+      const LandmarkId landmark = landmark_of_[static_cast<size_t>(view.landmark[k])];
+      if (landmark.valid()) result.pose->matches.push_back({static_cast<int>(k), landmark});
+    }
+    FrameRecord record = MakeRecord(frame, result);
+    record.cam_from_world = PoseAt(i);
+    features_.push_back(record.features);
+    record.features.reset();
+    return record;
+  }
+
+  /// As of a frame whose few landmarks speak for a wrong pose.
+  void Spoil(size_t i) {
+    FrameRecord& record = records_[i];
+    record.seen.resize(20);
+    record.landmark_count = 20;
+    for (FrameRecord::Seen& seen : record.seen) seen.px += Eigen::Vector2f(25, 5);
+    record.features = features_[i];
+  }
+
+  void Lose(size_t i) {
+    FrameRecord lost;
+    lost.id = records_[i].id;
+    lost.time = records_[i].time;
+    lost.features = features_[i];
+    records_[i] = lost;
+  }
+
+  void Finish() {
+    FrameLocator locator(world_.camera(), {}, &matcher_, nullptr);
+    TrajectoryFinish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator)
+        .Finish(&records_);
+  }
+
+  double Error(size_t i) const {
+    return (records_[i].cam_from_world.InverseTranslation() -
+            PoseAt(static_cast<double>(i)).InverseTranslation())
+        .norm();
+  }
+
+  const FeatureWorld world_{Ground(), 2};
+  Random random_{3};
+  NearestNeighbourMatcher matcher_{{}};
+  Atlas atlas_;
+  std::vector<KeyframeId> keyframes_;
+  std::vector<LandmarkId> landmark_of_;
+  std::vector<FrameRecord> records_;
+  std::vector<std::shared_ptr<const Features>> features_;
+};
+
+TEST_F(TrajectoryFinishTest, AFrameThatSeesLittleIsLocatedBetweenItsNeighbours) {
+  Spoil(12);
+  Finish();
+  EXPECT_LT(Error(12), 0.03);
+  EXPECT_GT(records_[12].landmark_count, 100);
+}
+
+TEST_F(TrajectoryFinishTest, TheFirstFrameTrackedIsLocatedFromTheNextOnes) {
+  for (size_t i = 0; i < 3; ++i) Lose(i);
+  Spoil(3);
+  Finish();
+  EXPECT_LT(Error(3), 0.03);
+  EXPECT_GT(records_[3].landmark_count, 100);
+  for (size_t i = 0; i < 3; ++i) EXPECT_LT(Error(i), 0.03) << "found from the frame after it";
+}
+
+TEST_F(TrajectoryFinishTest, TheLastFrameTrackedIsLocatedFromThoseBefore) {
+  Spoil(kFrames - 1);
+  Finish();
+  EXPECT_LT(Error(kFrames - 1), 0.03);
+  EXPECT_GT(records_.back().landmark_count, 100);
+}
+
+TEST_F(TrajectoryFinishTest, AFrameWithoutNeighboursStaysAsItIs) {
+  for (size_t i : {11, 13}) {
+    Lose(i);
+    records_[i].features.reset();
+  }
+  Spoil(12);
+  Finish();
+  EXPECT_EQ(records_[12].landmark_count, 20);
+  EXPECT_FALSE(records_[12].features);
+}
+
+TEST_F(TrajectoryFinishTest, AFrameThatSeesNoMoreInTheFinishedMapKeepsItsLandmarks) {
+  records_[12].features = features_[12];
+  records_[12].landmark_count = 100000;
+  Finish();
+  EXPECT_EQ(records_[12].landmark_count, 100000);
+  EXPECT_LT(Error(12), 0.03);
+}
+
+}  // namespace
+}  // namespace deepuav
