@@ -18,7 +18,7 @@ import cv2
 from deepuav_training.cache_identity import file_digest, photographs_identity
 from deepuav_training.config import check_field, from_mapping, load_config
 from deepuav_training.errors import telling_errors
-from deepuav_training.evaluate import SETS, format_row, held_out, measure_sets
+from deepuav_training.evaluate import SETS, format_set, held_out, measure_sets
 from deepuav_training.evaluate_poses import (choose_pairs, format_cell, measure_poses,
                                              read_sequences)
 from deepuav_training.label import LabelConfig
@@ -34,7 +34,7 @@ class ComparisonConfig:
     methods: tuple = ()  # mappings, each a MethodConfig
     labels: str = "configs/labels.yaml"  # names the photographs and the places held out
     sequences: tuple = ()  # FOLDER or FOLDER@FOCAL_PX
-    homography_pairs: int = 60  # of a set
+    homography_pairs: int = 60  # of a set; 0 leaves these sets out
     pose_pairs: int = 200  # of a sequence
     points: tuple = (512, 1024)  # of an image, at most
     estimators: tuple = ("ransac", "lo-ransac")
@@ -46,6 +46,8 @@ class ComparisonConfig:
 
     def check(self, where: str) -> None:
         check_field(len(self.methods) > 0, where, "methods", self.methods, "at least one")
+        check_field(self.homography_pairs >= 0, where, "homography_pairs", self.homography_pairs,
+                    "0 or more")
         for name in self.estimators:
             check_field(name in ("ransac", "lo-ransac"), where, "estimators", name,
                         "ransac or lo-ransac")
@@ -75,7 +77,9 @@ class Comparison:
         method = build_method(method_config,
                               MethodOptions(points, c.threshold, c.precision, c.threads,
                                             self._extractors, max(c.points)))
-        figures = measure_sets(method, self._labels, self._photos, c.seed, c.estimators)
+        figures = {name: {} for name in c.estimators}
+        if self._photos:
+            figures = measure_sets(method, self._labels, self._photos, c.seed, c.estimators)
         for name, sequence in self._sequences.items():
             pairs = choose_pairs(sequence, c.pose_pairs, c.seed)
             poses = measure_poses(method, sequence, pairs, c.long_side, c.estimators)
@@ -89,14 +93,18 @@ class Comparison:
 
     def table(self, methods: list[MethodConfig], points: int, estimator: str) -> str:
         """Markdown with a line for each method."""
-        columns = [*SETS, *self._sequences]
-        lines = [f"At most {points} points, {estimator.upper()}: AUC@1/3/5 px, precision (P) and "
-                 "repeatability (R) at 3 px, points (N); poses AUC@5/10/20 degrees (matches)", "",
+        sets = SETS if self._photos else ()
+        columns = [*sets, *self._sequences]
+        homographies = ("AUC@1/3/5 px, precision (P) and repeatability (R) at 3 px, points (N); "
+                        if sets else "")
+        lines = [f"At most {points} points, {estimator.upper()}: {homographies}"
+                 "poses AUC@5/10/20 degrees (matches)", "",
                  f"| method | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
         for method in methods:
             figures = self.results[line_key(method, self._config, points, estimator)]
-            cells = [format_cell(figures[name]) for name in self._sequences]
-            lines.append(f"{format_row(method.name, figures)} {' | '.join(cells)} |")
+            cells = [*map(format_set, map(figures.get, sets)),
+                     *(format_cell(figures[name]) for name in self._sequences)]
+            lines.append(f"| {method.name} | {' | '.join(cells)} |")
         return "\n".join(lines)
 
 

@@ -120,14 +120,15 @@ def measure_sets(method: Method, labels: LabelConfig, photos: list[Photograph], 
     return results
 
 
+def format_set(r: dict[str, float]) -> str:
+    """A set's cell of the table: AUC@1/3/5, precision (P), repeatability (R) and points (N)."""
+    return (f"{r['AUC@1']:.0f}/{r['AUC@3']:.0f}/{r['AUC@5']:.0f}, P {r['precision']:.0f}, "
+            f"R {r['repeatability']:.0f}, N {r['points']:.0f}")
+
+
 def format_row(name: str, result: dict[str, dict[str, float]]) -> str:
-    """A line of the table: AUC@1/3/5, precision (P), repeatability (R) and points (N)."""
-    cells = []
-    for kind in SETS:
-        r = result[kind]
-        cells.append(f"{r['AUC@1']:.0f}/{r['AUC@3']:.0f}/{r['AUC@5']:.0f}, P {r['precision']:.0f}, "
-                     f"R {r['repeatability']:.0f}, N {r['points']:.0f}")
-    return f"| {name} | " + " | ".join(cells) + " |"
+    """A line of the table of all sets."""
+    return f"| {name} | " + " | ".join(format_set(result[kind]) for kind in SETS) + " |"
 
 
 def add_method_arguments(parser: argparse.ArgumentParser) -> None:

@@ -149,6 +149,32 @@ def test_comparison_fills_tables_and_keeps_figures(photographs):
     assert again.results[keys["ransac"]]["easy"]["AUC@5"] == -1
 
 
+def test_comparison_of_poses_alone(photographs):
+    """A camera that moves sidewards before a wall: 4 pixels a frame."""
+    sequence = photographs / "wall"
+    (sequence / "rgb").mkdir(parents=True)
+    (sequence / "camera.yaml").write_text("fx: 200.0\nfy: 200.0\ncx: 119.5\ncy: 99.5\n"
+                                          "distortion: []\n")
+    for i in range(8):
+        cv2.imwrite(str(sequence / f"rgb/{i}.png"), blocks((-4 * i, 0)))
+    (sequence / "rgb.txt").write_text("".join(f"{i}.0 rgb/{i}.png\n" for i in range(8)))
+    (sequence / "groundtruth.txt").write_text(
+        "".join(f"{i}.0 {0.04 * i} 0 0 0 0 0 1\n" for i in range(8)))
+    config = ComparisonConfig(methods=({"name": "SIFT", "extractor": "sift", "matcher": "ratio"},),
+                              labels=str(photographs / "labels.yaml"), sequences=(str(sequence),),
+                              homography_pairs=0, pose_pairs=8, long_side=240)
+    comparison = Comparison(config, photographs / "out.json")
+    (method,) = config.method_configs("")
+    comparison.measure(method, 200)
+    header, _, line = comparison.table([method], 200, "ransac").splitlines()[2:]
+    assert header == "| method | wall |"
+    assert line.startswith("| SIFT | ") and line.count("|") == 3
+
+
+def test_comparison_of_no_number_of_pairs_is_an_error():
+    with pytest.raises(TrainingError, match="homography_pairs"):
+        ComparisonConfig(methods=({},), homography_pairs=-1).check("c.yaml")
+
 def test_figures_of_another_network_or_setting_are_not_taken(photographs):
     network = photographs / "network.onnx"
     network.write_bytes(b"first")
