@@ -54,24 +54,28 @@ class LabelScenesConfig(SceneSourceConfig):
 
 
 def labelled_identity(config: LabelScenesConfig) -> dict:
-    """What decides over a scene of a number and its labels."""
+    """What decides over the scene of a number."""
     labels = load_config(LabelConfig, config.labels)
     return photographs_identity(labels.images, labels.split) | {
-        "seed": config.seed, "scene": dataclasses.asdict(config.scene),
-        "adaptation": dataclasses.asdict(config.adaptation), "teacher": file_digest(config.teacher)}
+        "seed": config.seed, "scene": dataclasses.asdict(config.scene), "heights": config.heights,
+        "least_shared": config.least_shared}
 
 
 def label_scene(scene: Scene, teacher: Teacher, config: LabelScenesConfig,
                 rng: np.random.Generator) -> LabelledScene | None:
-    """Labels all views, or gives None if no two of them show enough of the same points."""
+    """Labels all views, or gives None if no two of them show enough of the same points, or one has
+    none."""
     labels = [adapt(image, teacher, config.adaptation, rng) for image in scene.images]
+    if min(len(view.points) for view in labels) == 0:
+        return None
     labelled = relate(scene, labels, config.adaptation.border)
     return labelled if labelled.counts().max() >= config.least_shared else None
 
 
 def label_scenes(config: LabelScenesConfig, numbers: list[int]) -> int:
     """Makes those scenes that do not exist yet; returns how many were made."""
-    claim(config.cache, labelled_identity(config))
+    claim(config.cache, labelled_identity(config) | {
+        "adaptation": dataclasses.asdict(config.adaptation), "teacher": file_digest(config.teacher)})
     source, teacher = SceneSource(config), Network(config.teacher, config.threads, config.precision)
     start, done = time.monotonic(), 0
     for index in numbers:
@@ -84,6 +88,9 @@ def label_scenes(config: LabelScenesConfig, numbers: list[int]) -> int:
             if found is not None:
                 save_labelled_scene(path, found)
                 break
+        else:
+            _LOG.warning("scene %d: no two views show enough of the same points", index + 1)
+            continue
         done += 1
         if done % 20 == 0:
             _LOG.info("scene %d of %d, %.2f s a scene", index + 1, config.count,

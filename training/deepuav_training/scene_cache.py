@@ -48,15 +48,15 @@ def scene_path(folder: str | Path, index: int) -> Path:
     return Path(folder) / f"{index // 1000:03d}" / f"{index:06d}.npz"
 
 
-def cached_scenes(folder: str | Path, count: int) -> list[Path]:
-    """The files of scenes 0 to count - 1 that exist.
+def cached_scenes(folder: str | Path, count: int, made_by: str) -> list[Path]:
+    """The files of scenes 0 to count - 1 that exist; `made_by` is the command that makes them.
 
     Raises:
         TrainingError: there is none.
     """
     found = [path for index in range(count) if (path := scene_path(folder, index)).exists()]
     if not found:
-        raise TrainingError(f"{folder}: found no scenes, expected those of cache_scenes")
+        raise TrainingError(f"{folder}: found no scenes, expected those of {made_by}")
     return found
 
 

@@ -121,7 +121,8 @@ def main() -> None:
     caches = [load_config(CacheConfig, file) for file in config.scenes]
     for cache in caches:
         check_claim(cache.cache, scene_identity(cache))
-    scenes = [path for cache in caches for path in cached_scenes(cache.cache, cache.count)]
+    scenes = [path for cache in caches
+              for path in cached_scenes(cache.cache, cache.count, "cache_scenes")]
     source = MatchSource(scenes, config.matches, config.seed)
     _LOG.info("%d scenes", len(source))
     new = not (Path(config.run) / "checkpoint.pt").exists() and not arguments.init

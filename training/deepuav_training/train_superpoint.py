@@ -180,8 +180,11 @@ def samples(config: TrainConfig) -> Draw:
         return flat.draw
     rendered = load_config(LabelScenesConfig, c.scenes)
     check_claim(rendered.cache, labelled_identity(rendered))
-    scenes = ScenePairSource(cached_scenes(rendered.cache, rendered.count), c.least_shared,
-                             config.pairs, config.seed)
+    size = (rendered.scene.width, rendered.scene.height)
+    check_field(size == (labels.views.width, labels.views.height), c.scenes, "scene's size", size,
+                f"the size of the views of {config.labels}")
+    paths = cached_scenes(rendered.cache, rendered.count, "label_scenes")
+    scenes = ScenePairSource(paths, c.least_shared, config.pairs, config.seed)
     _LOG.info("%d of %d scenes labelled", len(scenes), rendered.count)
     return mixed_draw(flat, scenes, c.share)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from deepuav_training import label_scenes
 from deepuav_training.adaptation import AdaptationConfig
 from deepuav_training.config import from_mapping
 from deepuav_training.data.pairs import PairConfig
@@ -13,7 +14,7 @@ from deepuav_training.data.scenes import Scene, SceneConfig, room_scene
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import CELL
 from deepuav_training.label_cache import Labels
-from deepuav_training.label_scenes import LabelScenesConfig, label_scene
+from deepuav_training.label_scenes import LabelScenesConfig, label_scene, labelled_identity
 from deepuav_training.labelled_scenes import (LabelledScene, load_labelled_scene, relate,
                                               save_labelled_scene, shared_cells)
 from scene_support import smooth_texture, values_at
@@ -115,6 +116,21 @@ def test_cells_that_are_known_hold_the_labels_that_are_seen(tmp_path):
         assert (sample.cells[1][64][row, column][known] < 1).all()
 
 
+def test_known_are_the_cells_of_the_second_view_that_the_first_one_shows(tmp_path):
+    scene = relate(shifted_scene(20.0), [random_labels(k) for k in range(2)], 0)
+    assert not scene.shared[0, 1][:, :3].any() and scene.shared[0, 1][:, 3:].all()
+    assert not scene.shared[1, 0][:, -3:].any() and scene.shared[1, 0][:, :-3].all()
+    save_labelled_scene(tmp_path / "0.npz", scene)
+    source = ScenePairSource([tmp_path / "0.npz"], 30, SHARP, 4)
+    drawn = set()
+    for number in range(8):
+        sample = source.draw(number)
+        a = 0 if sample.points[1, 0, 0] > sample.points[0, 0, 0] else 1
+        drawn.add(a)
+        np.testing.assert_array_equal(sample.known[1], scene.shared[a, 1 - a])
+    assert drawn == {0, 1}
+
+
 def test_a_view_is_never_paired_with_itself_or_with_one_that_shows_too_little():
     scene = labelled_room()
     counts = scene.counts()
@@ -172,6 +188,23 @@ def test_labels_are_the_teachers_and_scenes_without_anything_in_common_are_left_
     np.testing.assert_allclose(found.seen_at[0][1] - found.labels[0].points, [[16, 0]] * len(
         found.labels[0].points))
     assert label_scene(shifted_scene(1000.0), teacher, config, np.random.default_rng(0)) is None
+
+
+def test_a_scene_with_a_view_without_any_point_is_left_out():
+    def blind(image):
+        logits = np.full((65, HEIGHT // CELL, WIDTH // CELL), -8, np.float32)
+        logits[64] = 8
+        return logits, np.ones((16, *logits.shape[1:]), np.float32)
+
+    config = LabelScenesConfig(least_shared=1, adaptation=AdaptationConfig(homographies=0))
+    assert label_scene(room(), blind, config, np.random.default_rng(0)) is None
+
+
+def test_the_teacher_is_not_needed_to_read_its_labels(monkeypatch):
+    config = dataclasses.replace(LabelScenesConfig(), teacher="missing.onnx")
+    monkeypatch.setattr(label_scenes, "photographs_identity", lambda images, split: {})
+    monkeypatch.setattr(label_scenes, "load_config", lambda kind, path: kind())
+    assert labelled_identity(config) == labelled_identity(LabelScenesConfig())
 
 
 def test_views_that_are_degraded_already_are_refused():

@@ -45,7 +45,7 @@ def tiny_scene(seed, views=3, count=16):
 def tiny_source(tmp_path):
     for index in range(3):
         save_scene(scene_path(tmp_path / "scenes", index), tiny_scene(index))
-    return MatchSource(cached_scenes(tmp_path / "scenes", 5), CONFIG.matches, seed=1)
+    return MatchSource(cached_scenes(tmp_path / "scenes", 5, "cache_scenes"), CONFIG.matches, seed=1)
 
 
 def torch_inputs(counts, seed=0):
@@ -153,7 +153,7 @@ def test_positions_turn_by_right_angles_about_the_centre():
 
 def test_a_cache_without_scenes_is_refused(tmp_path):
     with pytest.raises(TrainingError, match="no scenes"):
-        cached_scenes(tmp_path, 4)
+        cached_scenes(tmp_path, 4, "cache_scenes")
 
 
 def test_a_new_network_is_the_dual_softmax_matcher():

@@ -140,8 +140,9 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
     of_each.push_back(
         LocateViews(views, grid, *candidates[i], HeadingOf(headings, i), matchers_.quick));
   }
-  const auto sure = [this](const std::optional<Found>& f) { return f && IsSure(f->evidence); };
-  if (matchers_.thorough && std::none_of(of_each.begin(), of_each.end(), sure))
+  const auto rank_below = [this](const auto& a, const auto& b) { return RankOf(a) < RankOf(b); };
+  const auto first = std::max_element(of_each.begin(), of_each.end(), rank_below);
+  if (matchers_.thorough && first != of_each.end() && !RankOf(*first).first)
     LocateThoroughly(views, grid, candidates, headings, &of_each);
   std::vector<Found> all;
   for (size_t i = 0; i < of_each.size(); ++i) {
@@ -155,9 +156,7 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
   };
   if (all.empty()) return fail(fmt::format("no pose in {} candidates", candidates.size()));
 
-  const auto best = std::max_element(all.begin(), all.end(), [](const Found& a, const Found& b) {
-    return a.evidence.inliers < b.evidence.inliers;
-  });
+  const auto best = std::max_element(all.begin(), all.end(), rank_below);
   const LocationEvidence& evidence = best->evidence;
   if (!IsSure(evidence)) {
     return fail(fmt::format("not sure: {} of {} landmarks agree, in {} cells", evidence.inliers,
@@ -183,17 +182,27 @@ void Relocaliser::LocateThoroughly(const std::vector<View>& views, const Keypoin
                                    std::span<const std::shared_ptr<const LocalMap>> candidates,
                                    std::span<const int> headings,
                                    std::vector<std::optional<Found>>* found) {
-  const auto inliers = [](const std::optional<Found>& f) { return f ? f->evidence.inliers : 0; };
   std::vector<size_t> order(candidates.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return inliers((*found)[a]) > inliers((*found)[b]); });
-  order.resize(std::min(order.size(), static_cast<size_t>(options_.thorough_candidates)));
-  for (size_t i : order) {
+                   [&](size_t a, size_t b) { return RankOf((*found)[a]) > RankOf((*found)[b]); });
+  bool sure = false;
+  for (size_t n = 0; n < order.size(); ++n) {
+    if (static_cast<int>(n) >= options_.thorough_candidates && !sure) break;
+    const size_t i = order[n];
     std::optional<Found> again =
         LocateViews(views, grid, *candidates[i], HeadingOf(headings, i), matchers_.thorough);
-    if (inliers(again) > inliers((*found)[i])) (*found)[i] = std::move(again);
+    sure = sure || RankOf(again).first;
+    if (RankOf(again) > RankOf((*found)[i])) (*found)[i] = std::move(again);
   }
+}
+
+std::pair<bool, int> Relocaliser::RankOf(const std::optional<Found>& found) const {
+  return found ? RankOf(*found) : std::pair(false, 0);
+}
+
+std::pair<bool, int> Relocaliser::RankOf(const Found& found) const {
+  return {IsSure(found.evidence), found.evidence.inliers};
 }
 
 std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,

@@ -117,8 +117,12 @@ class Relocaliser {
   /// Upright, and under those of the turned descriptors that `headings` name, or under all.
   std::vector<View> ViewsOf(const Frame& frame, std::span<const Descriptors> turned,
                             std::span<const int> headings) const;
+  /// A sure pose comes before any other, then the one with more inliers.
+  std::pair<bool, int> RankOf(const Found& found) const;
+  std::pair<bool, int> RankOf(const std::optional<Found>& found) const;
   /// Asks the thorough matcher for the candidates with most inliers, then for the first ones, and
-  /// keeps what is better than in `found`, a pose or none of each candidate.
+  /// keeps what is better than in `found`, a pose or none of each candidate. Where that gives a
+  /// sure pose the others are asked for as well: they may explain the frame, too.
   void LocateThoroughly(const std::vector<View>& views, const KeypointGrid& grid,
                         std::span<const std::shared_ptr<const LocalMap>> candidates,
                         std::span<const int> headings, std::vector<std::optional<Found>>* found);

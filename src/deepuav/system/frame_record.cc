@@ -26,10 +26,10 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   return record;
 }
 
-bool SeesLittle(const FrameRecord& before, const FrameRecord& record, const FrameRecord& after,
-                double min_share) {
-  const int most = std::max(before.landmark_count, after.landmark_count);
-  return record.landmark_count < min_share * most;
+bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share) {
+  const int before = i > 0 ? records[i - 1].landmark_count : 0;
+  const int after = i + 1 < records.size() ? records[i + 1].landmark_count : 0;
+  return !records[i].located() || records[i].landmark_count < min_share * std::max(before, after);
 }
 
 void Thin(int max_seen, FrameRecord* record) {

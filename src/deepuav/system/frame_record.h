@@ -36,10 +36,9 @@ struct FrameRecord {
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
 
-/// Whether a frame sees so few landmarks beside its neighbours, less than this share of one's, that
-/// its pose may be wrong.
-bool SeesLittle(const FrameRecord& before, const FrameRecord& record, const FrameRecord& after,
-                double min_share);
+/// Whether frame i sees so few landmarks beside its neighbours, less than this share of one's, that
+/// its pose may be wrong; or it has none.
+bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share);
 
 /// Keeps `max_seen` of what the frame saw, spread evenly.
 void Thin(int max_seen, FrameRecord* record);

@@ -7,6 +7,7 @@ namespace {
 
 FrameRecord Seeing(int landmarks) {
   FrameRecord record;
+  record.map = MapId{0};
   record.landmark_count = landmarks;
   for (int i = 0; i < landmarks; ++i) record.seen.push_back({LandmarkId{i}, {0, 0}, 1});
   return record;
@@ -38,11 +39,22 @@ TEST(Thin, LeavesFewAlone) {
 }
 
 TEST(SeesLittle, ComparesWithTheNeighbourThatSeesMost) {
+  const auto little = [](std::vector<int> landmarks, size_t i) {
+    std::vector<FrameRecord> records;
+    for (int count : landmarks) records.push_back(Seeing(count));
+    return SeesLittle(records, i, 0.6);
+  };
   for (const auto& [before, after] : {std::pair{200, 90}, {90, 200}}) {
-    EXPECT_TRUE(SeesLittle(Seeing(before), Seeing(119), Seeing(after), 0.6));
-    EXPECT_FALSE(SeesLittle(Seeing(before), Seeing(120), Seeing(after), 0.6));
+    EXPECT_TRUE(little({before, 119, after}, 1));
+    EXPECT_FALSE(little({before, 120, after}, 1));
   }
-  EXPECT_FALSE(SeesLittle(Seeing(0), Seeing(30), Seeing(0), 0.6)) << "beside lost frames";
+  EXPECT_FALSE(little({0, 30, 0}, 1)) << "beside lost frames";
+  EXPECT_TRUE(little({119, 200}, 0));
+  EXPECT_FALSE(little({120, 200}, 0));
+  EXPECT_TRUE(little({200, 119}, 1));
+  EXPECT_FALSE(little({200, 120}, 1));
+  EXPECT_FALSE(little({30}, 0));
+  EXPECT_TRUE(SeesLittle({FrameRecord()}, 0, 0.6)) << "has no pose";
 }
 
 }  // namespace

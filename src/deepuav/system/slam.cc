@@ -172,6 +172,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       ThinOld(&result->frames);
       if (progress) progress(result->frames.back());
     }
+    JudgeLast(&result->frames);
     if (keyframe_under_way_) mapping->Collect();
     mapping->Settle();
   } catch (const std::exception& error) {
@@ -277,19 +278,21 @@ void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) 
 void Slam::LimitFeatures(std::vector<FrameRecord>* records) {
   const size_t last = records->size() - 1;
   // Only now both neighbours of the frame before are known.
-  if (!with_features_.empty() && with_features_.back() + 1 == last) {
-    FrameRecord& record = (*records)[last - 1];
-    const FrameRecord& before = (*records)[last > 1 ? last - 2 : 0];
-    const bool little = SeesLittle(before, record, (*records)[last], options_.min_neighbour_share);
-    if (record.located() && !little) {
-      record.features.reset();
-      with_features_.pop_back();
-    }
+  if (!with_features_.empty() && with_features_.back() + 1 == last &&
+      !SeesLittle(*records, last - 1, options_.min_neighbour_share)) {
+    (*records)[last - 1].features.reset();
+    with_features_.pop_back();
   }
   with_features_.push_back(last);
   if (static_cast<int>(with_features_.size()) <= options_.max_unlocated_frames) return;
   (*records)[with_features_.front()].features.reset();
   with_features_.pop_front();
+}
+
+void Slam::JudgeLast(std::vector<FrameRecord>* records) const {
+  if (records->empty()) return;
+  if (!SeesLittle(*records, records->size() - 1, options_.min_neighbour_share))
+    records->back().features.reset();
 }
 
 void Slam::ThinOld(std::vector<FrameRecord>* records) const {

@@ -111,8 +111,8 @@ struct Perception {
   Matcher* matcher = nullptr;
   const Vocabulary* vocabulary = nullptr;  ///< Null: places are not recognised.
   TurnedDescriber* turned = nullptr;       ///< Null: only under about the same heading.
-  /// Looks at places first, so that a slow `matcher` is asked for the best of them only; null:
-  /// none.
+  /// Looks at places first, so that a slow `matcher` is asked for the best of them only, and for
+  /// lost frames only; null: none.
   Matcher* quick_matcher = nullptr;
 };
 
@@ -155,6 +155,8 @@ class Slam {
   /// Lets go of the features of frames whose pose is sure, and once there are too many of the
   /// oldest.
   void LimitFeatures(std::vector<FrameRecord>* records);
+  /// The same for the last frame, which has no next one to wait for.
+  void JudgeLast(std::vector<FrameRecord>* records) const;
   void ThinOld(std::vector<FrameRecord>* records) const;
   void AdjustAll(const std::function<bool()>& stop);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.

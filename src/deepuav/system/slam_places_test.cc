@@ -28,11 +28,11 @@ struct Outcome {
 };
 
 Outcome Fly(const SyntheticFlight& flight, const Vocabulary* vocabulary,
-            Schedule schedule = Schedule::kSequential) {
+            Schedule schedule = Schedule::kSequential, Matcher* quick_matcher = nullptr) {
   PreparedFeatures extractor(flight.features);
   NearestNeighbourMatcher matcher({});
   NumberedImages images(flight.size(), flight.frame_interval_s);
-  Slam slam(flight.camera, {}, {&extractor, &matcher, vocabulary});
+  Slam slam(flight.camera, {}, {&extractor, &matcher, vocabulary, nullptr, quick_matcher});
   SlamResult result = slam.Run(&images, schedule);
   EXPECT_EQ(result.failure, "");
   return {std::move(result), slam.atlas().Remaining()};
@@ -93,6 +93,27 @@ TEST(SlamPlaces, IsFoundAgainAfterAJumpInItsMap) {
   ASSERT_EQ(run.maps.size(), 1u);
   EXPECT_EQ(LocatedIn(run, run.maps[0]), flight.size());
   EXPECT_LT(PathError(run, flight, run.maps[0]), 0.02);
+}
+
+class BlindMatcher : public Matcher {
+ public:
+  std::vector<Match> MatchFeatures(const Features& /*a*/, const Features& /*b*/) override {
+    return {};
+  }
+  std::string Description() const override { return "blind"; }
+};
+
+TEST(SlamPlaces, WhatTheQuickMatcherDoesNotFindTheOtherOneDoesForLostFramesAlone) {
+  const FeatureWorld world = Court(2);
+  SyntheticFlight flight = MakeFlight(world, Walk(0, kLap + 60), kNoise, 3);
+  Append(MakeFlight(world, Walk(0.4, 20), kNoise, 4), &flight);
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  BlindMatcher quick;
+  const Outcome both = Fly(flight, &vocabulary);
+  const Outcome blind = Fly(flight, &vocabulary, Schedule::kSequential, &quick);
+  EXPECT_GE(both.result.closed_loops, 1);
+  EXPECT_EQ(blind.result.closed_loops, 0);
+  EXPECT_GE(blind.result.relocalisations, 1);
 }
 
 /// Lost, elsewhere with a new map, and then where the first map is.

@@ -20,7 +20,7 @@ class TrajectoryFinish {
                    KeyframeId first_new_keyframe, FrameLocator* locator);
 
   /// Takes over the poses of keyframes, optimises every other located frame once more against the
-  /// final map, locates doubtful ones again between their neighbours, then those without a pose
+  /// final map, locates doubtful ones again from their neighbours, then those without a pose
   /// outwards from their located neighbours, first backwards, then forwards, until `stop`, asked
   /// before each, says true.
   void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;

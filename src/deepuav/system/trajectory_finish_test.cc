@@ -58,6 +58,8 @@ class TrajectoryFinishTest : public testing::Test {
     FrameRecord& record = records_[i];
     record.seen.resize(20);
     record.landmark_count = 20;
+    record.pose.cam_from_keyframe =
+        SE3(record.pose.cam_from_keyframe.rotation(), Eigen::Vector3d(0.5, 0.2, 0));
     for (FrameRecord::Seen& seen : record.seen) seen.px += Eigen::Vector2f(25, 5);
     record.features = features_[i];
   }
@@ -123,6 +125,7 @@ TEST_F(TrajectoryFinishTest, AFrameWithoutNeighboursStaysAsItIs) {
   Spoil(12);
   Finish();
   EXPECT_EQ(records_[12].landmark_count, 20);
+  EXPECT_GT(Error(12), 0.2);
   EXPECT_FALSE(records_[12].features);
 }
 
