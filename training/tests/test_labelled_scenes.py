@@ -4,15 +4,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deepuav_training import label_scenes
+from deepuav_training import label_scenes, train_superpoint
 from deepuav_training.adaptation import AdaptationConfig
 from deepuav_training.config import from_mapping
 from deepuav_training.data.pairs import PairConfig
 from deepuav_training.data.photometric import PhotometricConfig
-from deepuav_training.data.scene_pairs import ScenePairSource, choose_pair, mixed_draw
+from deepuav_training.data.scene_pairs import (ScenePairConfig, ScenePairSource, choose_pair,
+                                               mixed_draw)
 from deepuav_training.data.scenes import Scene, SceneConfig, room_scene
 from deepuav_training.errors import TrainingError
 from deepuav_training.keypoints import CELL
+from deepuav_training.label import LabelConfig
 from deepuav_training.label_cache import Labels
 from deepuav_training.label_scenes import LabelScenesConfig, label_scene, labelled_identity
 from deepuav_training.labelled_scenes import (LabelledScene, load_labelled_scene, relate,
@@ -210,6 +212,21 @@ def test_the_teacher_is_not_needed_to_read_its_labels(monkeypatch):
 def test_views_that_are_degraded_already_are_refused():
     with pytest.raises(TrainingError, match="clean_share.*0.2.*1"):
         from_mapping(LabelScenesConfig, {"scene": {"photometric": {"clean_share": 0.2}}}, "x.yaml")
+
+
+def test_scenes_of_another_size_than_the_labelled_views_are_refused(monkeypatch):
+    scene = dataclasses.replace(LabelScenesConfig().scene, width=480, height=360)
+    loaded = {LabelScenesConfig: dataclasses.replace(LabelScenesConfig(), scene=scene),
+              LabelConfig: LabelConfig()}
+    monkeypatch.setattr(train_superpoint, "load_config", lambda kind, path: loaded[kind])
+    monkeypatch.setattr(train_superpoint, "check_claim", lambda folder, identity: {})
+    monkeypatch.setattr(train_superpoint, "label_identity", lambda labels: {})
+    monkeypatch.setattr(train_superpoint, "labelled_identity", lambda scenes: {})
+    monkeypatch.setattr(train_superpoint, "training_views", lambda labels: [])
+    monkeypatch.setattr(train_superpoint, "PairSource", lambda *arguments: [])
+    config = train_superpoint.TrainConfig(rendered=ScenePairConfig(scenes="scenes.yaml"))
+    with pytest.raises(TrainingError, match="scenes.yaml.*480.*360"):
+        train_superpoint.samples(config)
 
 
 def source_of(folder: Path, count: int) -> ScenePairSource:
