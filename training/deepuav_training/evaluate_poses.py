@@ -22,7 +22,7 @@ from deepuav_training.metrics import area_under_curve
 from deepuav_training.runtime import Features
 
 _GAPS = (5, 10, 20, 40)  # frames between the two of a pair
-_LIMITS_DEG = (5.0, 10.0, 20.0)
+LIMITS_DEG = (5.0, 10.0, 20.0)
 _LEAST_BASELINE_M = 0.03
 _LARGEST_TURN_DEG = 50.0
 _INLIER_PX = 1.5
@@ -104,8 +104,8 @@ def _opencv_pose(a: np.ndarray, b: np.ndarray, k: np.ndarray
 
 def measure_poses(method: Method, sequence: Sequence, pairs: list[tuple[int, int]],
                   long_side: int, estimators: tuple = ("lo-ransac",)
-                  ) -> dict[str, dict[str, float]]:
-    """AUC of the pose error in per cent, by estimator of the pose."""
+                  ) -> dict[str, dict[str, float | list[float]]]:
+    """AUC of the pose error in per cent, and each pair's error, by estimator of the pose."""
 
     @functools.lru_cache(maxsize=256)
     def seen(index: int, extract: Extractor) -> tuple[Features, np.ndarray]:
@@ -123,7 +123,8 @@ def measure_poses(method: Method, sequence: Sequence, pairs: list[tuple[int, int
             found.append(pose_error_deg(matched_a, matched_b, matrix,
                                         relative_pose(sequence, a, b), name))
     return {name: {f"AUC@{limit:g}": 100 * area_under_curve(found, limit)
-                   for limit in _LIMITS_DEG} | {"matches": float(np.mean(matched))}
+                   for limit in LIMITS_DEG}
+            | {"matches": float(np.mean(matched)), "errors_deg": found}
             for name, found in errors.items()}
 
 

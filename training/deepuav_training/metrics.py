@@ -7,6 +7,8 @@ import poselib
 from deepuav_training.data.homography import inside, warp_points
 
 _INLIER_PX, _ITERATIONS = 3.0, 5000
+_RESAMPLES = 2000
+_OUTSIDE = 2.5  # per cent of the resamples below an interval, and above
 
 
 def mutual_nearest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -74,3 +76,21 @@ def area_under_curve(errors: list[float], limit: float) -> float:
     x = np.concatenate([[0.0], ordered[:below], [limit]])
     y = np.concatenate([[0.0], recall[:below], [recall[below - 1] if below else 0.0]])
     return float(np.trapezoid(y, x) / limit)
+
+
+def paired_difference(errors: list[float], baseline: list[float], limit: float, seed: int
+                      ) -> tuple[float, float, float]:
+    """How much larger the area under the curve of `errors` is, with the bounds of what chance allows.
+
+    Both are errors of the same pairs. The bounds hold 95 % of the differences of bootstrap samples of the pairs.
+    """
+    both = np.array([errors, baseline])
+
+    def difference(chosen: np.ndarray) -> float:
+        return area_under_curve(chosen[0], limit) - area_under_curve(chosen[1], limit)
+
+    count = both.shape[1]
+    rng = np.random.default_rng(seed)
+    drawn = [difference(both[:, rng.integers(count, size=count)]) for _ in range(_RESAMPLES)]
+    low, high = np.percentile(drawn, [_OUTSIDE, 100 - _OUTSIDE])
+    return difference(both), float(low), float(high)

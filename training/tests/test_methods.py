@@ -14,7 +14,7 @@ from deepuav_training.export_superglue import export_onnx
 from deepuav_training.learned_matchers import SuperGlueMatcher, mutual_best
 from deepuav_training.methods import (MethodConfig, MethodOptions, RememberedExtractor,
                                       build_method, without_faint)
-from deepuav_training.metrics import mutual_nearest
+from deepuav_training.metrics import area_under_curve, mutual_nearest, paired_difference
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.runtime import Features
 
@@ -160,20 +160,45 @@ def test_comparison_of_poses_alone(photographs):
     (sequence / "rgb.txt").write_text("".join(f"{i}.0 rgb/{i}.png\n" for i in range(8)))
     (sequence / "groundtruth.txt").write_text(
         "".join(f"{i}.0 {0.04 * i} 0 0 0 0 0 1\n" for i in range(8)))
-    config = ComparisonConfig(methods=({"name": "SIFT", "extractor": "sift", "matcher": "ratio"},),
+    sift = {"extractor": "sift", "matcher": "ratio"}
+    config = ComparisonConfig(methods=({"name": "SIFT"} | sift, {"name": "again"} | sift),
                               labels=str(photographs / "labels.yaml"), sequences=(str(sequence),),
-                              homography_pairs=0, pose_pairs=8, long_side=240)
+                              homography_pairs=0, pose_pairs=8, long_side=240, baseline="SIFT")
     comparison = Comparison(config, photographs / "out.json")
-    (method,) = config.method_configs("")
-    comparison.measure(method, 200)
-    header, _, line = comparison.table([method], 200, "ransac").splitlines()[2:]
+    methods = config.method_configs("")
+    for method in methods:
+        comparison.measure(method, 200)
+    header, _, line, _ = comparison.table(methods, 200, "ransac").splitlines()[2:]
     assert header == "| method | wall |"
     assert line.startswith("| SIFT | ") and line.count("|") == 3
+    *_, line = comparison.difference_table(methods, 200, "ransac").splitlines()
+    assert line == f"| again | {', '.join(['+0.0 (+0.0 to +0.0)'] * 3)} |"
+
+
+def test_differences_of_pairs_tell_chance_from_more():
+    rng = np.random.default_rng(3)
+    pairs = rng.uniform(0, 8, 400)  # easy ones and hard ones, which a method hardly changes
+    found = {gain: paired_difference(pairs - gain + rng.normal(0, 0.3, 400), pairs, 10.0, 0)
+             for gain in (0.0, 0.2)}
+    for gain, (difference, low, high) in found.items():
+        assert low < 0.1 * gain < high and low < difference < high and high - low < 0.02
+    assert found[0.0][1] < 0 < found[0.2][1]
+
+
+def test_pairs_without_a_pose_count_in_differences():
+    found = paired_difference([1.0, np.inf, np.inf], [np.inf, np.inf, np.inf], 10.0, 0)
+    assert found[0] == area_under_curve([1.0, np.inf, np.inf], 10.0) and found[1] == 0
 
 
 def test_comparison_of_no_number_of_pairs_is_an_error():
     with pytest.raises(TrainingError, match="homography_pairs"):
         ComparisonConfig(methods=({},), homography_pairs=-1).check("c.yaml")
+
+
+def test_baseline_that_is_not_compared_is_an_error():
+    with pytest.raises(TrainingError, match="baseline.*ORB.*SIFT"):
+        ComparisonConfig(methods=({"name": "SIFT"},), baseline="ORB").method_configs("c.yaml")
+
 
 def test_figures_of_another_network_or_setting_are_not_taken(photographs):
     network = photographs / "network.onnx"
