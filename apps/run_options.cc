@@ -102,6 +102,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
     : models_(CheckModels(options)),
       extractor_(camera, options.features, options.inference),
       matcher_(MakeMatcher(options, camera)),
+      is_learned_(NeedsSuperGlue(options)),
       vocabulary_file_(options.places.vocabulary) {
   if (!RecognisesPlaces(options)) return;
   if (NeedsSuperGlue(options)) quick_matcher_.emplace(options.matching);
@@ -117,7 +118,8 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
 
 Perception Eyes::perception() {
   return {&extractor_, matcher_.get(), vocabulary_ ? &*vocabulary_ : nullptr,
-          turned_ ? &*turned_ : nullptr, quick_matcher_ ? &*quick_matcher_ : nullptr};
+          turned_ ? &*turned_ : nullptr, quick_matcher_ ? &*quick_matcher_ : nullptr,
+          is_learned_};
 }
 
 std::string Eyes::VocabularyDescription() const {

@@ -9,6 +9,7 @@
 // drop_to=B leaves frames out (a jump of the camera), blind_from=A blind_to=B takes all features
 // away, and keypoints=N keeps the best. The file holds faint key points too, so that
 // features.threshold and features.faint_keypoints can be varied, but no other options of features.
+// With superglue.model=FILE that network matches, as with the program's matching.method=superglue.
 
 #include <fmt/format.h>
 
@@ -25,6 +26,7 @@
 #include "deepuav/features/superpoint.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/matching/superglue.h"
 #include "deepuav/system/slam.h"
 
 namespace deepuav {
@@ -201,6 +203,8 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
   registry.Add("matching", &matching);
   SuperPointOptions superpoint;
   registry.Add("features", &superpoint);
+  SuperGlueOptions superglue;
+  registry.Add("superglue", &superglue);
   std::istringstream words(variant);
   Part part{.end = dataset.size()};
   for (std::string word; words >> word;) {
@@ -209,8 +213,16 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
 
   StoredExtractor extractor(&features, superpoint, part);
   NearestNeighbourMatcher matcher(matching);
-  Slam slam(dataset.camera(), options,
-            {&extractor, &matcher, vocabulary ? &*vocabulary : nullptr, nullptr});
+  Perception perception{&extractor, &matcher, vocabulary ? &*vocabulary : nullptr};
+  std::optional<SuperGlueMatcher> learned;
+  if (!superglue.model.empty()) {
+    learned.emplace(dataset.camera().width, dataset.camera().height, superglue,
+                    superglue.Inference({}));
+    perception.matcher = &*learned;
+    perception.quick_matcher = &matcher;
+    perception.matcher_is_learned = true;
+  }
+  Slam slam(dataset.camera(), options, perception);
   EmptyImages images(dataset, part);
   const Stopwatch running;
   const SlamResult result = slam.Run(&images, Schedule::kSequential);

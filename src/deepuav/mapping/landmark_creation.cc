@@ -46,6 +46,25 @@ std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& ke
   return point;
 }
 
+/// Of those that neither view has a landmark for yet, what `learned` finds near the epipolar lines.
+std::vector<Match> MatchLearned(const Keyframe& a, const Keyframe& b, const Pinhole& pinhole,
+                                const EpipolarOptions& options, Matcher* learned) {
+  std::vector<Match> matches = learned->MatchFeatures(a.features(), b.features());
+  std::erase_if(matches, [&](const Match& match) {
+    return a.landmarks[static_cast<size_t>(match.a)].valid() ||
+           b.landmarks[static_cast<size_t>(match.b)].valid();
+  });
+  return KeepEpipolar(matches, a.features(), b.features(), pinhole,
+                      b.cam_from_world * a.cam_from_world.Inverse(), options);
+}
+
+std::vector<Match> MatchNearest(const Keyframe& a, const Keyframe& b, const Pinhole& pinhole,
+                                const EpipolarOptions& options) {
+  return MatchEpipolar(a.features(), KeypointsWithoutLandmark(a), b.features(),
+                       KeypointsWithoutLandmark(b), pinhole,
+                       b.cam_from_world * a.cam_from_world.Inverse(), options);
+}
+
 bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, double min_ratio) {
   const double baseline =
       (a.cam_from_world.InverseTranslation() - b.cam_from_world.InverseTranslation()).norm();
@@ -56,6 +75,8 @@ bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, do
 
 void CreationOptions::Check() const {
   CheckOption(max_neighbours >= 1, "mapping.creation.max_neighbours", max_neighbours, "at least 1");
+  CheckOption(learned_neighbours >= 0, "mapping.creation.learned_neighbours", learned_neighbours,
+              "0 or more");
   CheckOption(min_baseline_ratio >= 0, "mapping.creation.min_baseline_ratio", min_baseline_ratio,
               "0 or more");
   CheckOption(min_parallax_deg > 0, "mapping.creation.min_parallax_deg", min_parallax_deg,
@@ -67,29 +88,30 @@ void CreationOptions::Check() const {
 }
 
 std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& pinhole,
-                                        IdSource* ids, const CreationOptions& options) {
+                                        IdSource* ids, const CreationOptions& options,
+                                        Matcher* learned) {
   std::vector<LandmarkId> created;
+  const Keyframe& keyframe = map->At(id);
+  int learned_left = learned ? options.learned_neighbours : 0;
   for (KeyframeId neighbour_id : map->Covisible(id, 1, options.max_neighbours)) {
-    const Keyframe& keyframe = map->At(id);
     const Keyframe& neighbour = map->At(neighbour_id);
     if (BaselineIsTooShort(*map, keyframe, neighbour, options.min_baseline_ratio)) continue;
-    const SE3 neighbour_from_keyframe =
-        neighbour.cam_from_world * keyframe.cam_from_world.Inverse();
-    const std::vector<Match> matches = MatchEpipolar(
-        keyframe.features(), KeypointsWithoutLandmark(keyframe), neighbour.features(),
-        KeypointsWithoutLandmark(neighbour), pinhole, neighbour_from_keyframe, options.epipolar);
-    for (const Match& match : matches) {
-      const auto point = Triangulate(
-          keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
-          neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
-      if (!point) continue;
-      const LandmarkId landmark = ids->NextLandmark();
-      map->AddLandmark(landmark, *point, id);
-      map->AddObservation(id, match.a, landmark);
-      map->AddObservation(neighbour_id, match.b, landmark);
-      map->UpdateAppearance(landmark);
-      created.push_back(landmark);
-    }
+    const auto create = [&](const std::vector<Match>& matches) {
+      for (const Match& match : matches) {
+        const auto point = Triangulate(
+            keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
+            neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
+        if (!point) continue;
+        created.push_back(ids->NextLandmark());
+        map->AddLandmark(created.back(), *point, id);
+        map->AddObservation(id, match.a, created.back());
+        map->AddObservation(neighbour_id, match.b, created.back());
+        map->UpdateAppearance(created.back());
+      }
+    };
+    if (learned_left-- > 0)
+      create(MatchLearned(keyframe, neighbour, pinhole, options.epipolar, learned));
+    create(MatchNearest(keyframe, neighbour, pinhole, options.epipolar));
   }
   return created;
 }

@@ -7,6 +7,7 @@ namespace deepuav {
 
 struct CreationOptions {
   int max_neighbours = 10;           ///< Keyframes matched with the new one.
+  int learned_neighbours = 3;        ///< Of these, by the learned matcher too, where there is one.
   double min_baseline_ratio = 0.01;  ///< Distance of the cameras over the neighbour's median depth.
   double min_parallax_deg = 1.0;
   double max_chi_square = 5.991;  ///< Squared reprojection error over sigma in either view.
@@ -18,6 +19,8 @@ struct CreationOptions {
   void Visit(Visitor&& visit) {
     visit("max_neighbours", max_neighbours, "",
           "keyframes matched with a new one to create landmarks");
+    visit("learned_neighbours", learned_neighbours, "",
+          "of these, the most covisible ones that matching.method=superglue matches, too");
     visit("min_baseline_ratio", min_baseline_ratio, "",
           "distance of two cameras over the median depth, at least");
     visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a new landmark");
@@ -30,8 +33,10 @@ struct CreationOptions {
 
 /// Matches key points of the keyframe that show no landmark yet with those of its covisible
 /// keyframes, triangulates, and adds the landmarks that pass: parallax, in front of both cameras,
-/// reprojection error, similar distance. Returns them.
+/// reprojection error, similar distance. Returns them. Matches are nearest neighbours along the
+/// epipolar lines; before these the matches that `learned` (may be null) finds there.
 std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId keyframe, const Pinhole& pinhole,
-                                        IdSource* ids, const CreationOptions& options);
+                                        IdSource* ids, const CreationOptions& options,
+                                        Matcher* learned = nullptr);
 
 }  // namespace deepuav

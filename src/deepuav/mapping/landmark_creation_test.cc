@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "deepuav/base/error.h"
 #include "deepuav/geometry/triangulation.h"
 #include "support/options_with.h"
@@ -33,9 +35,9 @@ class HalfMap {
     }
   }
 
-  std::vector<LandmarkId> Create(const CreationOptions& options = {}) {
+  std::vector<LandmarkId> Create(const CreationOptions& options = {}, Matcher* learned = nullptr) {
     return CreateLandmarks(&made_.map, made_.keyframes.back(), world_.world().pinhole, &made_.ids,
-                           options);
+                           options, learned);
   }
   /// The landmark of the world that the key points show; -1 where they show different ones.
   int Shown(LandmarkId id) const {
@@ -91,6 +93,83 @@ TEST(CreateLandmarks, WrongDescriptorsGiveFewWrongLandmarks) {
   for (LandmarkId id : created) wrong += half.Shown(id) < 0;
   EXPECT_GT(created.size(), 50u);
   EXPECT_LT(wrong, 0.1 * static_cast<double>(created.size()));
+}
+
+/// Knows which key points show the same landmark, and takes `wrong` of every ten for another.
+class KnowingMatcher : public Matcher {
+ public:
+  KnowingMatcher(const std::vector<SyntheticView>& views, int wrong)
+      : views_(views), wrong_(wrong) {}
+
+  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
+    ++asked;
+    const std::vector<int>&shown_a = ShownBy(a), &shown_b = ShownBy(b);
+    std::vector<Match> matches;
+    for (size_t i = 0; i < shown_a.size(); ++i) {
+      const auto j = std::find(shown_b.begin(), shown_b.end(), shown_a[i]);
+      if (shown_a[i] >= 0 && j != shown_b.end())
+        matches.push_back({static_cast<int>(i), static_cast<int>(j - shown_b.begin()), 1});
+    }
+    for (size_t i = 1; i < matches.size(); ++i) {
+      if (static_cast<int>(i % 10) < wrong_) std::swap(matches[i].b, matches[i - 1].b);
+    }
+    return matches;
+  }
+  std::string Description() const override { return "knows"; }
+
+  int asked = 0;
+
+ private:
+  const std::vector<int>& ShownBy(const Features& features) const {
+    return std::find_if(views_.begin(), views_.end(),
+                        [&](const SyntheticView& view) { return view.features.get() == &features; })
+        ->landmark;
+  }
+
+  const std::vector<SyntheticView>& views_;
+  const int wrong_;
+};
+
+const FeatureNoise kHalfOfTheDescriptorsWrong{0.5, 0.3, 0.5, 30};
+
+TEST(CreateLandmarks, FromLearnedMatchesWhereDescriptorsFail) {
+  const FeatureWorld world = BoxWorld({-6, -4, 6}, {8, 4, 14});
+  const std::vector<SE3> poses = {At({0, 0, 0}), At({0.8, 0, 0}), At({1.6, 0.1, 0})};
+  HalfMap by_neighbours(world, poses, kHalfOfTheDescriptorsWrong);
+  const size_t few = by_neighbours.Create().size();
+  for (const int wrong : {0, 3}) {
+    HalfMap half(world, poses, kHalfOfTheDescriptorsWrong);
+    KnowingMatcher matcher(half.made().views, wrong);
+    const auto created = half.Create(OptionsWith(&CreationOptions::learned_neighbours, 2), &matcher);
+    EXPECT_EQ(matcher.asked, 2);
+    EXPECT_GT(static_cast<double>(created.size()), 1.3 * static_cast<double>(few));
+    int mistaken = 0;
+    for (LandmarkId id : created) mistaken += half.Shown(id) < 0;
+    EXPECT_LT(mistaken, 0.12 * static_cast<double>(created.size())) << "off their lines";
+  }
+}
+
+TEST(CreateLandmarks, LearnedMatchesGiveNoKeyPointASecondLandmark) {
+  const FeatureWorld world = BoxWorld({-6, -4, 6}, {8, 4, 14});
+  HalfMap half(world, {At({0, 0, 0}), At({0.8, 0, 0}), At({1.6, 0.1, 0})}, {0.5, 0.3, 0, 30});
+  KnowingMatcher matcher(half.made().views, 0);
+  const auto created = half.Create(OptionsWith(&CreationOptions::learned_neighbours, 2), &matcher);
+  EXPECT_GT(static_cast<double>(created.size()), 0.75 * half.forgotten());
+  for (LandmarkId id : created) {
+    ASSERT_GE(half.Shown(id), 0);
+    EXPECT_EQ(half.Shown(id) % 2, 0) << "the others are in the map";
+  }
+}
+
+TEST(CreateLandmarks, AsksTheLearnedMatcherForTheNearestNeighboursOnly) {
+  const FeatureWorld world = BoxWorld({-6, -4, 6}, {8, 4, 14});
+  const std::vector<SE3> poses = {At({0, 0, 0}), At({0.8, 0, 0}), At({1.6, 0.1, 0})};
+  for (const int neighbours : {0, 1, 5}) {
+    HalfMap half(world, poses, {0.5, 0.3, 0, 0});
+    KnowingMatcher matcher(half.made().views, 0);
+    half.Create(OptionsWith(&CreationOptions::learned_neighbours, neighbours), &matcher);
+    EXPECT_EQ(matcher.asked, std::min(neighbours, 2)) << "it has two neighbours";
+  }
 }
 
 TEST(CreateLandmarks, OnlyWithParallax) {
@@ -175,6 +254,7 @@ TEST(CreateLandmarks, NotWhereTheRaysMissOneAnother) {
 TEST(CreationOptions, RefusesWhatCannotBe) {
   EXPECT_NO_THROW(CreationOptions().Check());
   EXPECT_THROW(OptionsWith(&CreationOptions::max_neighbours, 0).Check(), Error);
+  EXPECT_THROW(OptionsWith(&CreationOptions::learned_neighbours, -1).Check(), Error);
   EXPECT_THROW(OptionsWith(&CreationOptions::min_parallax_deg, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&CreationOptions::max_distance_ratio, 0.9).Check(), Error);
 }

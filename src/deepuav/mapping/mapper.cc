@@ -28,8 +28,8 @@ void MappingOptions::Check() const {
 }
 
 Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas,
-               StageListener* stages)
-    : camera_(camera), options_(options), atlas_(atlas), stages_(stages) {
+               StageListener* stages, Matcher* learned)
+    : camera_(camera), options_(options), atlas_(atlas), stages_(stages), learned_(learned) {
   options_.Check();
 }
 
@@ -79,8 +79,8 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
   CullYoungLandmarks(&map);
   {
     const StageScope stage(stages_, "create landmarks");
-    const auto created =
-        CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(), options_.creation);
+    const auto created = CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(),
+                                         options_.creation, learned_);
     for (const LandmarkId landmark : created) young_[map.id()].push_back({landmark});
   }
   {

@@ -60,8 +60,10 @@ struct MappingOptions {
 /// Builds the maps: the only writer of the atlas. Thread-compatible; keeps no thread of its own.
 class Mapper {
  public:
-  /// `atlas` and `stages` (may be null) must outlive it.
-  Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages);
+  /// The pointers must outlive it; `stages` may be null, as may `learned`, which then finds no
+  /// landmarks between keyframes.
+  Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas, StageListener* stages,
+         Matcher* learned = nullptr);
 
   /// To be called when the atlas was filled from elsewhere: finds the landmarks that have not
   /// proved themselves yet.
@@ -105,6 +107,7 @@ class Mapper {
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;
+  Matcher* learned_;
   std::map<MapId, std::vector<YoungLandmark>> young_;  ///< By the map that they were created in.
 };
 

@@ -30,6 +30,11 @@ struct EpipolarOptions {
 /// The matrix with b^T F a = 0 for homogeneous pixels of one point in views a and b.
 Eigen::Matrix3d FundamentalFromPose(const Pinhole& pinhole, const SE3& b_from_a);
 
+/// Those of `matches` that lie near the epipolar line, and not near the epipole, in b.
+std::vector<Match> KeepEpipolar(const std::vector<Match>& matches, const Features& a,
+                                const Features& b, const Pinhole& pinhole, const SE3& b_from_a,
+                                const EpipolarOptions& options);
+
 /// Mutual nearest neighbours among the given key points of two views with known relative pose, near
 /// the epipolar line. Matches by rising `a`.
 std::vector<Match> MatchEpipolar(const Features& a, const std::vector<int>& keypoints_a,

@@ -77,6 +77,50 @@ TEST(FundamentalFromPose, PixelsOfAPointLieOnOneAnothersLines) {
   }
 }
 
+TEST(KeepEpipolar, KeepsTheMatchesOnTheirLines) {
+  const FeatureWorld world = BoxWorld(500);
+  const ViewPair pair(world, At({0, 0, 0}), At({0.8, 0.1, 0}), {0.2, 0.3, 0, 0}, 4);
+  Random random(5);
+  std::vector<Match> matches = pair.Matches();
+  const auto right = static_cast<size_t>(
+      std::count_if(matches.begin(), matches.end(), [&](const Match& m) { return pair.Right(m); }));
+  for (int i = 0; i < 500; ++i) {
+    matches.push_back({random.Index(pair.a.features->size()), random.Index(pair.b.features->size())});
+  }
+  const auto kept = KeepEpipolar(matches, *pair.a.features, *pair.b.features, pair.pinhole,
+                                 pair.b_from_a, {});
+  EXPECT_GE(kept.size(), right);
+  EXPECT_LT(kept.size(), right + 40) << "a band of 4 px is a hundredth of the image";
+  EXPECT_TRUE(std::is_sorted(kept.begin(), kept.begin() + static_cast<ptrdiff_t>(right),
+                             [](const Match& m, const Match& n) { return m.a < n.a; }))
+      << "the order stays";
+}
+
+TEST(KeepEpipolar, NothingNearTheEpipole) {
+  const FeatureWorld world = BoxWorld(500);
+  const ViewPair pair(world, At({0, 0, 0}), At({0, 0, 1}), {0, 0.3, 0, 0}, 6);
+  EpipolarOptions all;
+  all.min_epipole_distance_px = 0;
+  const auto matches = pair.Matches(all);
+  const auto kept = KeepEpipolar(matches, *pair.a.features, *pair.b.features, pair.pinhole,
+                                 pair.b_from_a, {.min_epipole_distance_px = 100});
+  EXPECT_FALSE(kept.empty());
+  EXPECT_LT(kept.size(), matches.size());
+  const Eigen::Vector2d centre = pair.pinhole.Project({0, 0, 1});
+  for (const Match& match : kept) {
+    const Eigen::Vector2f px = pair.b.features->keypoints[static_cast<size_t>(match.b)].px;
+    EXPECT_GE((px.cast<double>() - centre).norm(), 100 - 1e-3);
+  }
+}
+
+TEST(KeepEpipolar, NothingWithoutABaseline) {
+  const FeatureWorld world = BoxWorld(100);
+  const ViewPair pair(world, At({0, 0, 0}), At({0, 0, 0}), {}, 7);
+  EXPECT_TRUE(KeepEpipolar({{0, 0}, {1, 1}}, *pair.a.features, *pair.b.features, pair.pinhole,
+                           pair.b_from_a, {})
+                  .empty());
+}
+
 TEST(MatchEpipolar, FindsTheTrueMatches) {
   const FeatureWorld world = BoxWorld(500);
   const ViewPair views(world, SE3(), At({1, 0.2, 0.1}), {0.5, 0.3, 0, 50}, 4);

@@ -8,7 +8,7 @@
 
 namespace deepuav {
 
-/// Lets tracking and loop closing use one matcher from their threads, one call at a time.
+/// Lets tracking, mapping and loop closing use one matcher from their threads, one call at a time.
 class SharedMatcher : public Matcher {
  public:
   /// `matcher` must outlive it.

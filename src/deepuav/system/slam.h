@@ -114,6 +114,7 @@ struct Perception {
   /// Looks at places first, so that a slow `matcher` is asked for the best of them only, and for
   /// lost frames only; null: none.
   Matcher* quick_matcher = nullptr;
+  bool matcher_is_learned = false;  ///< Then landmarks are created from its matches, too.
 };
 
 /// Tracker, Mapper and LoopCloser wired together. One run an instance.

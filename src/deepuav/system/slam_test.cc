@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <set>
+#include <utility>
 
 #include "deepuav/base/error.h"
+#include "deepuav/matching/matcher.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "support/options_with.h"
 #include "support/path_error.h"
@@ -179,6 +182,46 @@ TEST(Slam, SequentialAndThreadedAgreeToTheByteEveryTime) {
     EXPECT_EQ(Bytes(Fly(flight, Schedule::kThreaded, options).result), delayed) << delay;
     EXPECT_NE(delayed, sequential);
   }
+}
+
+/// Nearest neighbours, watched.
+class WatchedMatcher : public Matcher {
+ public:
+  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
+    if (busy_.exchange(true)) asked_by_two_at_once = true;
+    ++asked;
+    auto matches = matcher_.MatchFeatures(a, b);
+    busy_ = false;
+    return matches;
+  }
+  std::string Description() const override { return "watched"; }
+
+  std::atomic<int> asked{0};
+  std::atomic<bool> asked_by_two_at_once{false};
+
+ private:
+  NearestNeighbourMatcher matcher_{{}};
+  std::atomic<bool> busy_{false};
+};
+
+TEST(Slam, ALearnedMatcherServesTrackingAndMappingFromTheirThreads) {
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 4);
+  SystemOptions options;
+  options.mapping.creation.learned_neighbours = 3;
+  const auto fly = [&](Schedule schedule, bool is_learned) {
+    PreparedFeatures extractor(flight.features);
+    WatchedMatcher matcher;
+    NumberedImages images(flight.size(), flight.frame_interval_s, -1);
+    Perception perception{&extractor, &matcher};
+    perception.matcher_is_learned = is_learned;
+    const std::string bytes =
+        Bytes(Slam(flight.camera, options, perception).Run(&images, schedule));
+    EXPECT_FALSE(matcher.asked_by_two_at_once);
+    return std::pair(bytes, matcher.asked.load());
+  };
+  const auto [sequential, asked] = fly(Schedule::kSequential, true);
+  EXPECT_EQ(fly(Schedule::kThreaded, true).first, sequential);
+  EXPECT_GT(asked, fly(Schedule::kSequential, false).second + 10) << "between keyframes, too";
 }
 
 TEST(Slam, KeepsTheResultUntilTheSourceFailed) {
