@@ -149,7 +149,7 @@ void MatchAll(const MatchArguments& arguments) {
   LogToStderr(arguments.log_level);
   RunOptions options;
   OptionRegistry registry;
-  ReadOptions(arguments.options, &options, &registry);
+  ReadOptions(arguments.options, &options, &registry, "superglue");
   const std::vector<ImagePair> pairs = PairsOf(arguments);
   MatchWriter writer(arguments, options);
   writer.Probe(pairs);

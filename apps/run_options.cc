@@ -36,8 +36,8 @@ std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& ca
 }
 
 void MatcherChoice::Check() const {
-  if (method != "nearest" && method != "superglue") {
-    throw Error("option matching.method is '{}': expected nearest or superglue", method);
+  if (method != "auto" && method != "nearest" && method != "superglue") {
+    throw Error("option matching.method is '{}': expected auto, nearest or superglue", method);
   }
 }
 
@@ -62,7 +62,8 @@ void RunOptions::Register(OptionRegistry* registry) {
   RegisterOptions(&system, registry);
 }
 
-void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry) {
+void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry,
+                 const std::string& best_method) {
   const ModelRegistry& models = ShippedModels();
   try {
     options->Register(registry);
@@ -73,6 +74,8 @@ void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRe
     options->inference.Check();
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);
+    if (options->matcher.method == "auto")
+      options->matcher.method = models.Ships(options->features.model) ? best_method : "nearest";
     if (NeedsSuperGlue(*options) && models.HasKind("superglue")) {
       options->superglue.model = NetworkFile(options->superglue.model, "superglue", "",
                                              options->superglue.Inference(options->inference));
@@ -117,8 +120,11 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
 }
 
 Perception Eyes::perception() {
-  return {&extractor_, matcher_.get(), vocabulary_ ? &*vocabulary_ : nullptr,
-          turned_ ? &*turned_ : nullptr, quick_matcher_ ? &*quick_matcher_ : nullptr,
+  return {&extractor_,
+          matcher_.get(),
+          vocabulary_ ? &*vocabulary_ : nullptr,
+          turned_ ? &*turned_ : nullptr,
+          quick_matcher_ ? &*quick_matcher_ : nullptr,
           is_learned_};
 }
 

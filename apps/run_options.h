@@ -20,13 +20,14 @@ namespace deepuav {
 
 /// Which matcher finds the key points of one image in another without knowing their poses.
 struct MatcherChoice {
-  std::string method = "nearest";
+  std::string method = "auto";
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("method", method, "",
-          "nearest (neighbours in descriptor space) or superglue (a network)");
+          "nearest (neighbours in descriptor space), superglue (a network), or auto: for pairs of "
+          "images superglue, else nearest");
   }
 };
 
@@ -60,7 +61,10 @@ struct RunOptions {
 
 /// Defaults, then what the arguments say; where these name no file, the shipped ones. Throws CLI's
 /// error of wrong use for options that are unknown or impossible.
-void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry);
+/// `best_method`: the matching.method that auto stands for with a shipped SuperPoint; with another
+/// network it stands for nearest, as nothing is known of its descriptors.
+void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry,
+                 const std::string& best_method = "nearest");
 
 /// Without, a lost camera finds itself no more and no map is found again.
 bool RecognisesPlaces(const RunOptions& options);
@@ -90,7 +94,7 @@ class Eyes {
   std::vector<UsedModel> models_;
   SuperPoint extractor_;
   std::unique_ptr<Matcher> matcher_;
-  bool is_learned_;  ///< The matcher.
+  bool is_learned_;                                       ///< The matcher.
   std::optional<NearestNeighbourMatcher> quick_matcher_;  ///< Of places, beside a slow matcher.
   std::string vocabulary_file_;
   std::optional<Vocabulary> vocabulary_;

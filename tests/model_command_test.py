@@ -356,6 +356,16 @@ class Match(ModelTest):
         self.expect_transformation(matches, lambda x, y: (x - 17, y - 10), at_least=50)
         self.assertTrue(all(0.2 <= m[4] <= 1 for m in matches))
         self.assertEqual(matches, self.match(a, b, *superglue))
+        self.assertEqual(matches, self.match(a, b), "the default")
+
+    def test_other_networks_are_matched_by_nearest_neighbours(self):
+        a = png(self.folder / "a.png", self.rows)
+        b = png(self.folder / "b.png", crop(self.rows, 17, 10, 290, 221))
+        network = self.folder / "mine.onnx"
+        shutil.copy(MODELS / "superpoint_small.onnx", network)
+        nearest = ("--set", "matching.method=nearest")
+        self.assertEqual(self.match(a, b, "--model", str(network)), self.match(a, b, "--model", str(network), *nearest))
+        self.assertNotEqual(self.match(a, b), self.match(a, b, *nearest))
 
     def pair_list(self, text):
         file = self.folder / "pairs.txt"

@@ -47,6 +47,8 @@ class ModelRegistry {
   const ShippedModel* Vocabulary() const;
 
   bool HasKind(const std::string& kind) const;
+  /// Whether the file is a shipped model's, whole or not.
+  bool Ships(const std::filesystem::path& file) const { return FindFile(file) != nullptr; }
 
   /// The file's SHA-256. Throws Error where the file is missing, and naming the file, the found and
   /// the expected hash where it is a shipped model's but not as shipped.

@@ -7,7 +7,7 @@ namespace deepuav {
 
 struct CreationOptions {
   int max_neighbours = 10;           ///< Keyframes matched with the new one.
-  int learned_neighbours = 3;        ///< Of these, by the learned matcher too, where there is one.
+  int learned_neighbours = 0;        ///< Of these, by the learned matcher too, where there is one.
   double min_baseline_ratio = 0.01;  ///< Distance of the cameras over the neighbour's median depth.
   double min_parallax_deg = 1.0;
   double max_chi_square = 5.991;  ///< Squared reprojection error over sigma in either view.

@@ -140,7 +140,8 @@ TEST(CreateLandmarks, FromLearnedMatchesWhereDescriptorsFail) {
   for (const int wrong : {0, 3}) {
     HalfMap half(world, poses, kHalfOfTheDescriptorsWrong);
     KnowingMatcher matcher(half.made().views, wrong);
-    const auto created = half.Create(OptionsWith(&CreationOptions::learned_neighbours, 2), &matcher);
+    const auto created =
+        half.Create(OptionsWith(&CreationOptions::learned_neighbours, 2), &matcher);
     EXPECT_EQ(matcher.asked, 2);
     EXPECT_GT(static_cast<double>(created.size()), 1.3 * static_cast<double>(few));
     int mistaken = 0;

@@ -85,10 +85,11 @@ TEST(KeepEpipolar, KeepsTheMatchesOnTheirLines) {
   const auto right = static_cast<size_t>(
       std::count_if(matches.begin(), matches.end(), [&](const Match& m) { return pair.Right(m); }));
   for (int i = 0; i < 500; ++i) {
-    matches.push_back({random.Index(pair.a.features->size()), random.Index(pair.b.features->size())});
+    matches.push_back(
+        {random.Index(pair.a.features->size()), random.Index(pair.b.features->size())});
   }
-  const auto kept = KeepEpipolar(matches, *pair.a.features, *pair.b.features, pair.pinhole,
-                                 pair.b_from_a, {});
+  const auto kept =
+      KeepEpipolar(matches, *pair.a.features, *pair.b.features, pair.pinhole, pair.b_from_a, {});
   EXPECT_GE(kept.size(), right);
   EXPECT_LT(kept.size(), right + 40) << "a band of 4 px is a hundredth of the image";
   EXPECT_TRUE(std::is_sorted(kept.begin(), kept.begin() + static_cast<ptrdiff_t>(right),
