@@ -105,7 +105,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
     : models_(CheckModels(options)),
       extractor_(camera, options.features, options.inference),
       matcher_(MakeMatcher(options, camera)),
-      is_learned_(NeedsSuperGlue(options)),
+      matcher_is_learned_(NeedsSuperGlue(options)),
       vocabulary_file_(options.places.vocabulary) {
   if (!RecognisesPlaces(options)) return;
   if (NeedsSuperGlue(options)) quick_matcher_.emplace(options.matching);
@@ -125,7 +125,7 @@ Perception Eyes::perception() {
           vocabulary_ ? &*vocabulary_ : nullptr,
           turned_ ? &*turned_ : nullptr,
           quick_matcher_ ? &*quick_matcher_ : nullptr,
-          is_learned_};
+          matcher_is_learned_};
 }
 
 std::string Eyes::VocabularyDescription() const {

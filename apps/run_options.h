@@ -94,7 +94,7 @@ class Eyes {
   std::vector<UsedModel> models_;
   SuperPoint extractor_;
   std::unique_ptr<Matcher> matcher_;
-  bool is_learned_;                                       ///< The matcher.
+  bool matcher_is_learned_;
   std::optional<NearestNeighbourMatcher> quick_matcher_;  ///< Of places, beside a slow matcher.
   std::string vocabulary_file_;
   std::optional<Vocabulary> vocabulary_;
