@@ -36,10 +36,7 @@ Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& optio
   options_.Check();
 }
 
-void Initialiser::Reset() {
-  firsts_.clear();
-  candidate_.reset();
-}
+void Initialiser::Reset() { firsts_.clear(); }
 
 std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::string* waiting_for) {
   if (frame.features->size() < options_.min_keypoints) {
@@ -48,30 +45,25 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
     return std::nullopt;
   }
   ForgetOldViews(frame.id);
-  if (candidate_) {
-    if (auto request = Confirm(frame)) {
-      Reset();  // should they not hold as a map, other views are tried
-      return request;
-    }
-  }
-  if (candidate_) {
-    *waiting_for = "a third view that confirms the first two";
-    return std::nullopt;
+  if (auto request = Confirm(frame)) {
+    Reset();  // should they not hold as a map, other views are tried
+    return request;
   }
   Propose(frame, waiting_for);
-  if (!candidate_) UpdateFirstViews(frame);
+  UpdateFirstViews(frame);
   return std::nullopt;
 }
 
 void Initialiser::ForgetOldViews(FrameId now) {
   const auto age = [&](const Frame& frame) { return now.value - frame.id.value; };
-  if (candidate_) {
-    const int64_t between_views = age(candidate_->first) - age(candidate_->second);
+  for (FirstView& first : firsts_) {
+    if (!first.second) continue;
+    const int64_t between_views = age(first.frame) - age(first.second->frame);
     const int64_t most = std::max<int64_t>(options_.max_second_age_frames, between_views);
-    if (age(candidate_->second) > most) candidate_.reset();
+    if (age(first.second->frame) > most) first.second.reset();
   }
   std::erase_if(firsts_, [&](const FirstView& first) {
-    return age(first.frame) > options_.max_first_age_frames;
+    return !first.second && age(first.frame) > options_.max_first_age_frames;
   });
 }
 
@@ -79,21 +71,27 @@ void Initialiser::ForgetOldViews(FrameId now) {
 /// the reason of one that the frame matches says more.
 void Initialiser::Propose(const Frame& second, std::string* waiting_for) {
   *waiting_for = "a second view";
+  bool told = false;
   for (FirstView& first : firsts_) {
+    if (first.second) continue;
     std::string reason;
-    const bool proposed = ProposeFrom(&first, second, &reason);
-    if (&first == &firsts_.front() || first.unmatched_frames == 0) *waiting_for = reason;
-    if (proposed) return;
+    ProposeFrom(&first, second, &reason);
+    if (first.second) break;
+    if (!told || first.unmatched_frames == 0) *waiting_for = reason;
+    told = true;
   }
+  const bool paired = std::any_of(firsts_.begin(), firsts_.end(),
+                                  [](const FirstView& first) { return first.second.has_value(); });
+  if (paired) *waiting_for = "a third view that confirms the first two";
 }
 
-bool Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for) {
+void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for) {
   std::vector<Match> matches = matcher_->MatchFeatures(*first->frame.features, *second.features);
   const int matched = static_cast<int>(matches.size());
   if (matched < options_.min_matches) {
     *waiting_for = fmt::format("matches: {} of at least {}", matched, options_.min_matches);
     ++first->unmatched_frames;
-    return false;
+    return;
   }
   std::vector<PixelPair> pairs;
   for (const Match& match : matches) {
@@ -108,40 +106,49 @@ bool Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string
     *waiting_for = fmt::format("matches that agree: {} of at least {}", agreeing,
                                options_.two_view.min_inliers);
     ++first->unmatched_frames;
-    return false;
+    return;
   }
   first->unmatched_frames = 0;
   if (!result) {
     *waiting_for = "parallax";
-    return false;
+    return;
   }
-  *waiting_for = "a third view that confirms the first two";
-  candidate_ = Candidate{first->frame, second, std::move(matches), std::move(*result)};
-  return true;
+  first->second = SecondView{second, std::move(matches), std::move(*result)};
 }
 
-/// A frame that matches no first view becomes one too, if there is room: the camera may have turned
-/// away, or those be blurred.
+/// A frame that matches no first view that waits for a second becomes one too, if there is room:
+/// the camera may have turned away, those be blurred, or never be seen a third time.
 void Initialiser::UpdateFirstViews(const Frame& frame) {
-  const bool matched = std::any_of(firsts_.begin(), firsts_.end(), [](const FirstView& first) {
-    return first.unmatched_frames == 0;
-  });
   std::erase_if(firsts_, [&](const FirstView& first) {
     return first.unmatched_frames > options_.max_unmatched_frames;
+  });
+  const bool matched = std::any_of(firsts_.begin(), firsts_.end(), [](const FirstView& first) {
+    return !first.second && first.unmatched_frames == 0;
   });
   if (!matched && std::ssize(firsts_) < options_.max_first_views) firsts_.push_back({frame});
 }
 
+/// The oldest pair comes first.
 std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
+  for (FirstView& first : firsts_) {
+    if (!first.second) continue;
+    if (auto request = ConfirmPair(&first, third)) return request;
+  }
+  return std::nullopt;
+}
+
+std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, const Frame& third) {
+  SecondView& second = *first->second;
   const std::vector<Match> second_to_third =
-      matcher_->MatchFeatures(*candidate_->second.features, *third.features);
+      matcher_->MatchFeatures(*second.frame.features, *third.features);
   const TwoViewSolution* best = nullptr;
   Confirmation of_best;
   int second_count = 0;
-  bool refuted = true;
-  for (const TwoViewSolution& solution : candidate_->result.solutions) {
-    const Confirmation found = ConfirmBy(solution, third, second_to_third);
+  bool seen = false, refuted = true;
+  for (const TwoViewSolution& solution : second.result.solutions) {
+    const Confirmation found = ConfirmBy(solution, second, third, second_to_third);
     const bool agrees = found.confirmed >= options_.min_confirmed_ratio * found.matched;
+    seen |= found.matched >= options_.min_confirmed;
     if (agrees || !found.far_enough || found.matched < options_.min_confirmed) refuted = false;
     if (!agrees || found.confirmed < options_.min_confirmed) continue;
     if (found.confirmed > of_best.confirmed) {
@@ -152,25 +159,28 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
       second_count = std::max(second_count, found.confirmed);
     }
   }
-  if (refuted && ++candidate_->refutations == options_.max_refutations) candidate_.reset();
-  if (!best || !of_best.far_enough) return std::nullopt;
-  if (of_best.confirmed < options_.min_lead * second_count) return std::nullopt;
+  first->unmatched_frames = seen ? 0 : first->unmatched_frames + 1;
+  const bool confirmed = best != nullptr && of_best.far_enough &&
+                         of_best.confirmed >= options_.min_lead * second_count;
+  if (!confirmed) {
+    if (refuted && ++second.refutations == options_.max_refutations) first->second.reset();
+    return std::nullopt;
+  }
   Log().debug(
       "frames {} and {}: {} points of {} matches, {:.1f} degrees of parallax; {} of {} confirmed "
       "by frame {}, {} of the second best",
-      candidate_->first.id.value, candidate_->second.id.value, best->valid_count,
-      candidate_->matches.size(), best->median_parallax_deg, of_best.confirmed, of_best.matched,
-      third.id.value, second_count);
-  return MakeRequest(*best);
+      first->frame.id.value, second.frame.id.value, best->valid_count, second.matches.size(),
+      best->median_parallax_deg, of_best.confirmed, of_best.matched, third.id.value, second_count);
+  return MakeRequest(*first, *best);
 }
 
 Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution,
-                                                 const Frame& third,
+                                                 const SecondView& second, const Frame& third,
                                                  const std::vector<Match>& second_to_third) const {
-  std::vector<int> pair_of_keypoint(candidate_->second.features->keypoints.size(), -1);
-  for (size_t i = 0; i < candidate_->matches.size(); ++i) {
+  std::vector<int> pair_of_keypoint(second.frame.features->keypoints.size(), -1);
+  for (size_t i = 0; i < second.matches.size(); ++i) {
     if (solution.valid[i])
-      pair_of_keypoint[static_cast<size_t>(candidate_->matches[i].b)] = static_cast<int>(i);
+      pair_of_keypoint[static_cast<size_t>(second.matches[i].b)] = static_cast<int>(i);
   }
   std::vector<PoseObservation> observations;
   for (const Match& match : second_to_third) {
@@ -192,12 +202,13 @@ Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution
   return confirmation;
 }
 
-InitialMapRequest Initialiser::MakeRequest(const TwoViewSolution& solution) const {
-  InitialMapRequest request{candidate_->first, candidate_->second, solution.b_from_a, {}};
-  for (size_t i = 0; i < candidate_->matches.size(); ++i) {
+InitialMapRequest Initialiser::MakeRequest(const FirstView& first,
+                                           const TwoViewSolution& solution) {
+  const SecondView& second = *first.second;
+  InitialMapRequest request{first.frame, second.frame, solution.b_from_a, {}};
+  for (size_t i = 0; i < second.matches.size(); ++i) {
     if (!solution.valid[i]) continue;
-    request.points.push_back(
-        {solution.points_a[i], candidate_->matches[i].a, candidate_->matches[i].b});
+    request.points.push_back({solution.points_a[i], second.matches[i].a, second.matches[i].b});
   }
   return request;
 }

@@ -71,16 +71,20 @@ class Initialiser {
   std::optional<InitialMapRequest> Add(const Frame& frame, std::string* waiting_for);
 
  private:
-  struct FirstView {
+  /// Of a first view, what a third has to confirm.
+  struct SecondView {
     Frame frame;
-    int unmatched_frames = 0;  ///< The last ones, in a row, of which too few matches agree.
-  };
-
-  struct Candidate {
-    Frame first, second;
     std::vector<Match> matches;  ///< first -> second
     TwoViewResult result;
     int refutations = 0;
+  };
+
+  struct FirstView {
+    Frame frame;
+    /// The last ones, in a row, of which too few matches agree; with a second view, of which too
+    /// few see what both have seen.
+    int unmatched_frames = 0;
+    std::optional<SecondView> second = std::nullopt;
   };
 
   /// What a third view says of a solution.
@@ -89,20 +93,20 @@ class Initialiser {
     bool far_enough = false;         ///< The third view from the second, to tell solutions apart.
   };
 
-  std::optional<InitialMapRequest> Confirm(const Frame& third);
-  Confirmation ConfirmBy(const TwoViewSolution& solution, const Frame& third,
-                         const std::vector<Match>& second_to_third) const;
-  void Propose(const Frame& second, std::string* waiting_for);
-  bool ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
-  void UpdateFirstViews(const Frame& frame);
   void ForgetOldViews(FrameId now);
-  InitialMapRequest MakeRequest(const TwoViewSolution& solution) const;
+  std::optional<InitialMapRequest> Confirm(const Frame& third);
+  std::optional<InitialMapRequest> ConfirmPair(FirstView* first, const Frame& third);
+  Confirmation ConfirmBy(const TwoViewSolution& solution, const SecondView& second,
+                         const Frame& third, const std::vector<Match>& second_to_third) const;
+  void Propose(const Frame& second, std::string* waiting_for);
+  void ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
+  void UpdateFirstViews(const Frame& frame);
+  static InitialMapRequest MakeRequest(const FirstView& first, const TwoViewSolution& solution);
 
   const Pinhole pinhole_;
   const InitialiserOptions options_;
   Matcher* matcher_;
   std::vector<FirstView> firsts_;  ///< From the oldest on.
-  std::optional<Candidate> candidate_;
 };
 
 }  // namespace deepuav

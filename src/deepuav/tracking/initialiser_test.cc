@@ -247,6 +247,29 @@ TEST(Initialiser, AFrameThatMatchesNoFirstViewIsOneToo) {
   EXPECT_EQ(one.request->first.id.value, 4) << "the first one is held for three frames";
 }
 
+TEST(Initialiser, APairThatNoThirdViewSeesHoldsUpNoOther) {
+  std::vector<SE3> poses;
+  const auto add_row = [&poses](double y, const std::vector<double>& xs) {
+    for (double x : xs) poses.push_back(LookDown({x, y, 40}, 0));
+  };
+  add_row(-28, {0, 12});
+  add_row(28, {12, 24, 32});
+  const Start start = Feed(GroundWorld(2), poses, {0.5, 0.3, 0, 50});
+  ASSERT_TRUE(start.request) << start.waiting_for;
+  EXPECT_EQ(start.request->first.id.value, 2);
+  EXPECT_EQ(start.request->second.id.value, 3);
+  ExpectTrue(*start.request, poses);
+}
+
+TEST(Initialiser, ASecondViewIsAFirstOneToo) {
+  std::vector<SE3> poses;
+  for (double x : {-40, -2, 18, 30}) poses.push_back(LookDown({x, 0, 40}, 0));
+  const Start start = Feed(GroundWorld(2), poses, {0.5, 0.3, 0, 50});
+  ASSERT_TRUE(start.request) << start.waiting_for;
+  EXPECT_EQ(start.request->first.id.value, 1) << "no view sees with the second what the first saw";
+  ExpectTrue(*start.request, poses);
+}
+
 TEST(Initialiser, GivesUpViewsThatGrewOld) {
   const FeatureWorld world = BoxWorld();
   Random random(5);
