@@ -15,6 +15,7 @@ void InitialiserOptions::Check() const {
   CheckOption(max_first_views >= 1, "initialiser.max_first_views", max_first_views, "at least 1");
   CheckOption(max_unmatched_frames >= 0, "initialiser.max_unmatched_frames", max_unmatched_frames,
               "0 or more");
+  CheckOption(max_pairs >= 1, "initialiser.max_pairs", max_pairs, "at least 1");
   CheckOption(max_first_age_frames >= 2, "initialiser.max_first_age_frames", max_first_age_frames,
               "at least 2");
   CheckOption(max_second_age_frames >= 1, "initialiser.max_second_age_frames",
@@ -45,12 +46,10 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
     return std::nullopt;
   }
   ForgetOldViews(frame.id);
-  if (auto request = Confirm(frame)) {
-    Reset();  // should they not hold as a map, other views are tried
-    return request;
-  }
-  Propose(frame, waiting_for);
-  UpdateFirstViews(frame);
+  Recognised recognised;
+  if (auto request = Confirm(frame, &recognised)) return request;
+  Propose(frame, &recognised, waiting_for);
+  if (!recognised.by_first) AddFirstView(frame);
   return std::nullopt;
 }
 
@@ -69,20 +68,27 @@ void Initialiser::ForgetOldViews(FrameId now) {
 
 /// The oldest first view comes first: it has the most parallax. Of several that have not enough,
 /// the reason of one that the frame matches says more.
-void Initialiser::Propose(const Frame& second, std::string* waiting_for) {
-  *waiting_for = "a second view";
-  bool told = false;
+void Initialiser::Propose(const Frame& second, Recognised* recognised, std::string* waiting_for) {
+  bool proposed = false;
+  std::string reason;
   for (FirstView& first : firsts_) {
     if (first.second) continue;
-    std::string reason;
-    ProposeFrom(&first, second, &reason);
-    if (first.second) break;
-    if (!told || first.unmatched_frames == 0) *waiting_for = reason;
-    told = true;
+    std::string of_this;
+    ProposeFrom(&first, second, &of_this);
+    proposed = first.second.has_value();
+    if (proposed) break;
+    const bool matched = first.unmatched_frames == 0;
+    if (reason.empty() || matched) reason = of_this;
+    recognised->by_first |= matched;
   }
-  const bool paired = std::any_of(firsts_.begin(), firsts_.end(),
-                                  [](const FirstView& first) { return first.second.has_value(); });
-  if (paired) *waiting_for = "a third view that confirms the first two";
+  std::erase_if(firsts_, [&](const FirstView& first) {
+    return first.unmatched_frames > options_.max_unmatched_frames;
+  });
+  LimitPairs();
+  const bool none_waits = reason.empty() && !firsts_.empty();
+  if (proposed || recognised->by_pair || none_waits)
+    reason = "a third view that confirms the first two";
+  *waiting_for = reason.empty() ? "a second view" : reason;
 }
 
 void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for) {
@@ -116,23 +122,40 @@ void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string
   first->second = SecondView{second, std::move(matches), std::move(*result)};
 }
 
-/// A frame that matches no first view that waits for a second becomes one too, if there is room:
-/// the camera may have turned away, those be blurred, or never be seen a third time.
-void Initialiser::UpdateFirstViews(const Frame& frame) {
-  std::erase_if(firsts_, [&](const FirstView& first) {
-    return first.unmatched_frames > options_.max_unmatched_frames;
-  });
-  const bool matched = std::any_of(firsts_.begin(), firsts_.end(), [](const FirstView& first) {
-    return !first.second && first.unmatched_frames == 0;
-  });
-  if (!matched && std::ssize(firsts_) < options_.max_first_views) firsts_.push_back({frame});
+/// A pair gives way to another alone: frames that match nothing may be a burst of blur, which it
+/// outlasts.
+void Initialiser::LimitPairs() {
+  const auto pairs = std::count_if(firsts_.begin(), firsts_.end(),
+                                   [](const FirstView& first) { return first.second.has_value(); });
+  if (pairs <= options_.max_pairs) return;
+  auto longest_unseen = firsts_.end();
+  for (auto first = firsts_.begin(); first != firsts_.end(); ++first) {
+    if (!first->second) continue;
+    if (longest_unseen == firsts_.end() ||
+        first->second->unseen_frames >= longest_unseen->second->unseen_frames)
+      longest_unseen = first;
+  }
+  firsts_.erase(longest_unseen);
 }
 
-/// The oldest pair comes first.
-std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third) {
-  for (FirstView& first : firsts_) {
-    if (!first.second) continue;
-    if (auto request = ConfirmPair(&first, third)) return request;
+/// A frame that matches no first view that waits for a second becomes one too, if there is room:
+/// the camera may have turned away, those be blurred, or this be the second view of the only one.
+void Initialiser::AddFirstView(const Frame& frame) {
+  const auto waiting = std::count_if(firsts_.begin(), firsts_.end(),
+                                     [](const FirstView& first) { return !first.second; });
+  if (waiting < options_.max_first_views) firsts_.push_back({frame});
+}
+
+/// The pair of the oldest first view comes first. One that is confirmed is tried once: should it
+/// not hold as a map, the others are there.
+std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third, Recognised* recognised) {
+  for (auto first = firsts_.begin(); first != firsts_.end(); ++first) {
+    if (!first->second) continue;
+    if (auto request = ConfirmPair(&*first, third)) {
+      firsts_.erase(first);
+      return request;
+    }
+    recognised->by_pair |= first->second && first->second->unseen_frames == 0;
   }
   return std::nullopt;
 }
@@ -148,7 +171,7 @@ std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, cons
   for (const TwoViewSolution& solution : second.result.solutions) {
     const Confirmation found = ConfirmBy(solution, second, third, second_to_third);
     const bool agrees = found.confirmed >= options_.min_confirmed_ratio * found.matched;
-    seen |= found.matched >= options_.min_confirmed;
+    seen |= found.confirmed > 0;
     if (agrees || !found.far_enough || found.matched < options_.min_confirmed) refuted = false;
     if (!agrees || found.confirmed < options_.min_confirmed) continue;
     if (found.confirmed > of_best.confirmed) {
@@ -159,7 +182,7 @@ std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, cons
       second_count = std::max(second_count, found.confirmed);
     }
   }
-  first->unmatched_frames = seen ? 0 : first->unmatched_frames + 1;
+  second.unseen_frames = seen ? 0 : second.unseen_frames + 1;
   const bool confirmed = best != nullptr && of_best.far_enough &&
                          of_best.confirmed >= options_.min_lead * second_count;
   if (!confirmed) {

@@ -12,11 +12,12 @@
 namespace deepuav {
 
 struct InitialiserOptions {
-  int min_keypoints = 100;         ///< A frame with fewer starts nothing.
-  int min_matches = 60;            ///< Of a second view to a first.
-  int max_first_views = 5;         ///< Held at a time: one may be blurred, or soon out of sight.
+  int min_keypoints = 100;  ///< A frame with fewer starts nothing.
+  int min_matches = 60;     ///< Of a second view to a first.
+  int max_first_views = 5;  ///< That wait for a second: one may be blurred, or soon out of sight.
+  int max_pairs = 5;        ///< Of a first and a second view, that wait for a third.
   int max_unmatched_frames = 10;   ///< In a row, with too few matches or too few that agree.
-  int max_first_age_frames = 120;  ///< An older first view is dropped.
+  int max_first_age_frames = 120;  ///< An older first view without a second is dropped.
   /// A pair that no later frame confirmed by then, or by as many frames as lie between its views if
   /// that is more, is given up: a slow camera needs as long again. See also max_refutations.
   int max_second_age_frames = 10;
@@ -38,12 +39,13 @@ struct InitialiserOptions {
   void Visit(Visitor&& visit) {
     visit("min_keypoints", min_keypoints, "", "key points of a first view");
     visit("min_matches", min_matches, "", "matches of a second view to a first");
-    visit("max_first_views", max_first_views, "", "first views held at a time");
+    visit("max_first_views", max_first_views, "", "first views that wait for a second at a time");
+    visit("max_pairs", max_pairs, "", "first and second views that wait for a third at a time");
     visit(
         "max_unmatched_frames", max_unmatched_frames, "",
         "frames in a row with too few matches, or too few that agree, that a first view outlasts");
     visit("max_first_age_frames", max_first_age_frames, "",
-          "frames after which a first view is dropped");
+          "frames after which a first view that has no second is dropped");
     visit("max_second_age_frames", max_second_age_frames, "",
           "frames within which a third view must confirm, or as many as lie between the first two");
     visit("min_confirmed_ratio", min_confirmed_ratio, "",
@@ -71,19 +73,18 @@ class Initialiser {
   std::optional<InitialMapRequest> Add(const Frame& frame, std::string* waiting_for);
 
  private:
-  /// Of a first view, what a third has to confirm.
+  /// Seen together with a first view: a third has to confirm what the two show.
   struct SecondView {
     Frame frame;
     std::vector<Match> matches;  ///< first -> second
     TwoViewResult result;
     int refutations = 0;
+    int unseen_frames = 0;  ///< The last ones, in a row, that show too little of the matches.
   };
 
   struct FirstView {
     Frame frame;
-    /// The last ones, in a row, of which too few matches agree; with a second view, of which too
-    /// few see what both have seen.
-    int unmatched_frames = 0;
+    int unmatched_frames = 0;  ///< The last ones, in a row, of which too few matches agree.
     std::optional<SecondView> second = std::nullopt;
   };
 
@@ -93,14 +94,21 @@ class Initialiser {
     bool far_enough = false;         ///< The third view from the second, to tell solutions apart.
   };
 
+  /// What the views that are held say of a frame.
+  struct Recognised {
+    bool by_pair = false;   ///< It shows points of one.
+    bool by_first = false;  ///< It matches one that still waits for a second view.
+  };
+
   void ForgetOldViews(FrameId now);
-  std::optional<InitialMapRequest> Confirm(const Frame& third);
+  std::optional<InitialMapRequest> Confirm(const Frame& third, Recognised* recognised);
   std::optional<InitialMapRequest> ConfirmPair(FirstView* first, const Frame& third);
   Confirmation ConfirmBy(const TwoViewSolution& solution, const SecondView& second,
                          const Frame& third, const std::vector<Match>& second_to_third) const;
-  void Propose(const Frame& second, std::string* waiting_for);
+  void Propose(const Frame& second, Recognised* recognised, std::string* waiting_for);
   void ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
-  void UpdateFirstViews(const Frame& frame);
+  void LimitPairs();
+  void AddFirstView(const Frame& frame);
   static InitialMapRequest MakeRequest(const FirstView& first, const TwoViewSolution& solution);
 
   const Pinhole pinhole_;

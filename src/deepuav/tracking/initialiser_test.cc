@@ -270,6 +270,53 @@ TEST(Initialiser, ASecondViewIsAFirstOneToo) {
   ExpectTrue(*start.request, poses);
 }
 
+/// `count` views in a row, each of which overlaps its neighbours alone.
+std::vector<SE3> SparseRow(double y, int count) {
+  std::vector<SE3> poses;
+  for (int i = 0; i < count; ++i) poses.push_back(LookDown({-60 + 34.0 * i, y, 40}, 0));
+  return poses;
+}
+
+FeatureWorld LongGroundWorld() {
+  Random random(1);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksOnGround(6000, {-100, -50}, {300, 50}, 2, &random);
+  return FeatureWorld(geometry, 2);
+}
+
+TEST(Initialiser, PairsThatNothingIsSeenOfAnyMoreGiveWayToOthers) {
+  std::vector<SE3> poses = SparseRow(-28, 9);
+  const int64_t sparse = std::ssize(poses);
+  for (double x : {0, 12, 20}) poses.push_back(LookDown({x, 28, 40}, 0));
+  const FeatureWorld world = LongGroundWorld();
+  const Start start = Feed(world, poses, {0.5, 0.3, 0, 50});
+  ASSERT_TRUE(start.request) << start.waiting_for;
+  EXPECT_EQ(start.request->first.id.value, sparse);
+  ExpectTrue(*start.request, poses);
+}
+
+TEST(Initialiser, APairOutlastsABurstOfBlur) {
+  const FeatureWorld world = BoxWorld();
+  Random random(5);
+  NearestNeighbourMatcher matcher({});
+  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  std::string waiting_for;
+  const auto add = [&](int64_t id, double metres, const FeatureNoise& noise) {
+    return initialiser.Add(FrameOf(id, world.View(At({metres, 0, 0}), noise, &random)),
+                           &waiting_for);
+  };
+  const FeatureNoise good{0.5, 0.3, 0, 50}, blurred{.descriptor = 20};
+  add(0, 0, good);
+  add(20, 1.5, good);
+  ASSERT_EQ(waiting_for, "a third view that confirms the first two");
+  for (int64_t id = 21; id < 35; ++id) EXPECT_FALSE(add(id, 1.6, blurred));
+  EXPECT_NE(waiting_for, "a third view that confirms the first two") << "it shows nothing of them";
+  const auto request = add(35, 2.2, good);
+  ASSERT_TRUE(request) << waiting_for;
+  EXPECT_EQ(request->first.id.value, 0);
+  EXPECT_EQ(request->second.id.value, 20);
+}
+
 TEST(Initialiser, GivesUpViewsThatGrewOld) {
   const FeatureWorld world = BoxWorld();
   Random random(5);
@@ -377,6 +424,7 @@ TEST(InitialiserOptions, RefusesWhatCannotBe) {
   EXPECT_THROW(OptionsWith(&InitialiserOptions::max_first_age_frames, 1).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::max_first_views, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::max_unmatched_frames, -1).Check(), Error);
+  EXPECT_THROW(OptionsWith(&InitialiserOptions::max_pairs, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::min_confirmed_ratio, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&InitialiserOptions::min_lead, 0.5).Check(), Error);
 }
