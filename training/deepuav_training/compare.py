@@ -63,6 +63,17 @@ class ComparisonConfig:
         return found
 
 
+def narrowed(config: ComparisonConfig, only: list[str] | None, baseline: str | None
+             ) -> ComparisonConfig:
+    """The comparison of the methods named alone, with another baseline; None changes nothing."""
+    names = [tree.get("name", "") for tree in config.methods]
+    for name in only or ():
+        check_field(name in names, "command line", "--only", name, f"some of {', '.join(names)}")
+    kept = config.methods if only is None else [m for m in config.methods if m.get("name") in only]
+    return dataclasses.replace(config, methods=kept,
+                               baseline=config.baseline if baseline is None else baseline)
+
+
 class Comparison:
     """Measures method by method; figures are kept in a file as they come."""
 
@@ -159,9 +170,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)
     parser.add_argument("--out", type=Path, required=True, help="without ending")
+    parser.add_argument("--only", nargs="+", metavar="METHOD", help="of the configuration")
+    parser.add_argument("--baseline", metavar="METHOD", help="in place of the configuration's")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
-    config = load_config(ComparisonConfig, arguments.config)
+    config = narrowed(load_config(ComparisonConfig, arguments.config), arguments.only,
+                      arguments.baseline)
     cv2.setNumThreads(config.threads)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     methods = config.method_configs(arguments.config)

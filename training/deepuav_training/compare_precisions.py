@@ -18,7 +18,7 @@ from deepuav_training.data.photometric import PhotometricConfig, degrade
 from deepuav_training.data.views import load_grey
 from deepuav_training.errors import telling_errors
 from deepuav_training.evaluate import held_out
-from deepuav_training.keypoints import DetectionConfig
+from deepuav_training.keypoints import CELL, DetectionConfig
 from deepuav_training.label import LabelConfig
 from deepuav_training.runtime import Features, Network, extract
 
@@ -32,12 +32,14 @@ class Change:
 
     found: float  # share of the reference's key points that are found again
     moved_px: float  # root mean square distance of those
-    turned: float  # mean of 1 - cosine between their descriptors
+    unlike: float  # mean of 1 - cosine between their descriptors, each read where its point is
 
 
 def change(reference: Features, other: Features) -> Change:
-    """How the other's key points differ from the reference's; NaN where none is found again."""
-    if len(reference.points) == 0 or len(other.points) == 0:
+    """How the other's key points differ from the reference's; NaN where there is nothing to tell."""
+    if len(reference.points) == 0:
+        return Change(np.nan, np.nan, np.nan)
+    if len(other.points) == 0:
         return Change(0.0, np.nan, np.nan)
     apart = np.linalg.norm(reference.points[:, None] - other.points[None], axis=2)
     nearest, distances = apart.argmin(axis=1), apart.min(axis=1)
@@ -50,17 +52,17 @@ def change(reference: Features, other: Features) -> Change:
 
 
 def mean_change(changes: list[Change]) -> Change:
-    """Of images, those without a key point left out of what is told of key points."""
+    """Of images, those left out that have nothing to tell."""
     return Change(*(float(np.nanmean([getattr(c, name) for c in changes]))
-                    for name in ("found", "moved_px", "turned")))
+                    for name in ("found", "moved_px", "unlike")))
 
 
 def degraded_photographs(labels: LabelConfig, count: int) -> list[np.ndarray]:
-    """Photographs of held-out places with sides of multiples of 8, degraded as in training."""
+    """Photographs of held-out places with sides of whole cells, degraded as in training."""
     images = []
     for index, photo in enumerate(held_out(labels, count, _SEED)):
         image = load_grey(Path(labels.images) / photo.file)
-        height, width = (side // 8 * 8 for side in image.shape)
+        height, width = (side // CELL * CELL for side in image.shape)
         rng = np.random.default_rng([_SEED, index])
         images.append(degrade(np.ascontiguousarray(image[:height, :width]), rng,
                               PhotometricConfig()))
@@ -80,6 +82,8 @@ def main() -> None:
     parser.add_argument("--precision", choices=("f32", "bf16"), default="f32", help="that the "
                         "others' float layers are computed in (%(default)s)")
     arguments = parser.parse_args()
+    if arguments.images < 1:
+        parser.error(f"--images is {arguments.images}, expected at least 1")
     detection = DetectionConfig(max_points=arguments.points)
     images = degraded_photographs(load_config(LabelConfig, arguments.labels), arguments.images)
     reference = Network(arguments.reference, arguments.threads)
@@ -89,7 +93,7 @@ def main() -> None:
         network = Network(path, arguments.threads, arguments.precision)
         mean = mean_change([change(features, extract(network, image, detection))
                             for features, image in zip(expected, images, strict=True)])
-        print(f"| {path.stem} | {100 * mean.found:.1f} | {mean.moved_px:.3f} | {mean.turned:.5f} |",
+        print(f"| {path.stem} | {100 * mean.found:.1f} | {mean.moved_px:.3f} | {mean.unlike:.5f} |",
               flush=True)
 
 

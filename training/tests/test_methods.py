@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from deepuav_training.classic import (OrbExtractor, SiftExtractor, hamming_nearest, ratio_nearest)
-from deepuav_training.compare import Comparison, ComparisonConfig, line_key
+from deepuav_training.compare import Comparison, ComparisonConfig, line_key, narrowed
 from deepuav_training.errors import TrainingError
 from deepuav_training.evaluate import SETS, Pair, measure
 from deepuav_training.export_superglue import export_onnx
@@ -198,6 +198,18 @@ def test_comparison_of_no_number_of_pairs_is_an_error():
 def test_baseline_that_is_not_compared_is_an_error():
     with pytest.raises(TrainingError, match="baseline.*ORB.*SIFT"):
         ComparisonConfig(methods=({"name": "SIFT"},), baseline="ORB").method_configs("c.yaml")
+
+
+def test_a_comparison_is_narrowed_to_methods_and_a_baseline():
+    config = ComparisonConfig(methods=({"name": "SIFT"}, {"name": "ORB"}, {"name": "XFeat"}),
+                              baseline="SIFT")
+    assert narrowed(config, None, None) == config
+    two = narrowed(config, ["XFeat", "ORB"], "ORB")
+    assert [m["name"] for m in two.methods] == ["ORB", "XFeat"] and two.baseline == "ORB"
+    with pytest.raises(TrainingError, match="--only.*AKAZE.*SIFT, ORB, XFeat"):
+        narrowed(config, ["AKAZE"], None)
+    with pytest.raises(TrainingError, match="baseline.*SIFT.*ORB"):
+        narrowed(config, ["ORB"], None).method_configs("c.yaml")
 
 
 def test_figures_of_another_network_or_setting_are_not_taken(photographs):

@@ -20,7 +20,7 @@ def test_the_same_changes_nothing():
     same = change(REFERENCE, REFERENCE)
     assert same.found == 1
     assert same.moved_px == 0
-    assert same.turned == pytest.approx(0, abs=1e-6)
+    assert same.unlike == pytest.approx(0, abs=1e-6)
 
 
 def test_tells_what_is_lost_moved_and_turned():
@@ -28,18 +28,18 @@ def test_tells_what_is_lost_moved_and_turned():
     changed = change(REFERENCE, other)
     assert changed.found == pytest.approx(2 / 3), "the third moved further than a key point may"
     assert changed.moved_px == pytest.approx(np.sqrt((0.3**2 + 0.4**2) / 2), rel=1e-5)
-    assert changed.turned == pytest.approx(0.5), "one turned by 90 degrees, one not"
+    assert changed.unlike == pytest.approx(0.5), "one turned by 90 degrees, one not"
 
 
-@pytest.mark.parametrize("pair", [(REFERENCE, features([], [])), (features([], []), REFERENCE),
-                                  (REFERENCE, features([[20, 30]], [[1, 0]]))])
-def test_nothing_found_again_tells_no_distance(pair):
-    changed = change(*pair)
+@pytest.mark.parametrize("other", [features([], []), features([[20, 30]], [[1, 0]])])
+def test_nothing_found_again_tells_no_distance(other):
+    changed = change(REFERENCE, other)
     assert changed.found == 0
     assert np.isnan(changed.moved_px)
-    assert np.isnan(changed.turned)
+    assert np.isnan(changed.unlike)
 
 
 def test_an_image_without_points_moves_no_mean():
-    mean = mean_change([Change(0.0, np.nan, np.nan), Change(1.0, 0.5, 0.1)])
-    assert mean == Change(0.5, 0.5, 0.1)
+    of_nothing = change(features([], []), REFERENCE)
+    lost = Change(0.0, np.nan, np.nan)
+    assert mean_change([of_nothing, lost, Change(1.0, 0.5, 0.1)]) == Change(0.5, 0.5, 0.1)
