@@ -22,10 +22,10 @@ FeatureWorld BoxWorld() {
   return FeatureWorld(geometry, 2);
 }
 
-FeatureWorld GroundWorld(double relief) {
+FeatureWorld GroundWorld(double relief, double to_x = 90, int landmarks = 1200) {
   Random random(1);
   SyntheticWorld geometry;
-  geometry.landmarks_world = LandmarksOnGround(1200, {-70, -50}, {90, 50}, relief, &random);
+  geometry.landmarks_world = LandmarksOnGround(landmarks, {-70, -50}, {to_x, 50}, relief, &random);
   return FeatureWorld(geometry, 2);
 }
 
@@ -247,13 +247,16 @@ TEST(Initialiser, AFrameThatMatchesNoFirstViewIsOneToo) {
   EXPECT_EQ(one.request->first.id.value, 4) << "the first one is held for three frames";
 }
 
-TEST(Initialiser, APairThatNoThirdViewSeesHoldsUpNoOther) {
+/// From 40 m, of 67 x 43 m each.
+std::vector<SE3> LookingDown(double y, const std::vector<double>& xs) {
   std::vector<SE3> poses;
-  const auto add_row = [&poses](double y, const std::vector<double>& xs) {
-    for (double x : xs) poses.push_back(LookDown({x, y, 40}, 0));
-  };
-  add_row(-28, {0, 12});
-  add_row(28, {12, 24, 32});
+  for (double x : xs) poses.push_back(LookDown({x, y, 40}, 0));
+  return poses;
+}
+
+TEST(Initialiser, APairThatNoThirdViewSeesHoldsUpNoOther) {
+  std::vector<SE3> poses = LookingDown(-28, {0, 12});
+  for (const SE3& pose : LookingDown(28, {12, 24, 32})) poses.push_back(pose);
   const Start start = Feed(GroundWorld(2), poses, {0.5, 0.3, 0, 50});
   ASSERT_TRUE(start.request) << start.waiting_for;
   EXPECT_EQ(start.request->first.id.value, 2);
@@ -262,34 +265,19 @@ TEST(Initialiser, APairThatNoThirdViewSeesHoldsUpNoOther) {
 }
 
 TEST(Initialiser, ASecondViewIsAFirstOneToo) {
-  std::vector<SE3> poses;
-  for (double x : {-40, -2, 18, 30}) poses.push_back(LookDown({x, 0, 40}, 0));
+  const std::vector<SE3> poses = LookingDown(0, {-40, -2, 18, 30});
   const Start start = Feed(GroundWorld(2), poses, {0.5, 0.3, 0, 50});
   ASSERT_TRUE(start.request) << start.waiting_for;
   EXPECT_EQ(start.request->first.id.value, 1) << "no view sees with the second what the first saw";
   ExpectTrue(*start.request, poses);
 }
 
-/// `count` views in a row, each of which overlaps its neighbours alone.
-std::vector<SE3> SparseRow(double y, int count) {
-  std::vector<SE3> poses;
-  for (int i = 0; i < count; ++i) poses.push_back(LookDown({-60 + 34.0 * i, y, 40}, 0));
-  return poses;
-}
-
-FeatureWorld LongGroundWorld() {
-  Random random(1);
-  SyntheticWorld geometry;
-  geometry.landmarks_world = LandmarksOnGround(6000, {-100, -50}, {300, 50}, 2, &random);
-  return FeatureWorld(geometry, 2);
-}
-
 TEST(Initialiser, PairsThatNothingIsSeenOfAnyMoreGiveWayToOthers) {
-  std::vector<SE3> poses = SparseRow(-28, 9);
+  // Views of which each overlaps its neighbours alone, then three that overlap one another.
+  std::vector<SE3> poses = LookingDown(-28, {-60, -26, 8, 42, 76, 110, 144, 178, 212});
   const int64_t sparse = std::ssize(poses);
-  for (double x : {0, 12, 20}) poses.push_back(LookDown({x, 28, 40}, 0));
-  const FeatureWorld world = LongGroundWorld();
-  const Start start = Feed(world, poses, {0.5, 0.3, 0, 50});
+  for (const SE3& pose : LookingDown(28, {0, 12, 20})) poses.push_back(pose);
+  const Start start = Feed(GroundWorld(2, 250, 4800), poses, {0.5, 0.3, 0, 50});
   ASSERT_TRUE(start.request) << start.waiting_for;
   EXPECT_EQ(start.request->first.id.value, sparse);
   ExpectTrue(*start.request, poses);
