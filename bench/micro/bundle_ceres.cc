@@ -52,7 +52,7 @@ class PoseManifold : public ceres::Manifold {
 class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
  public:
   ReprojectionCost(const Pinhole& pinhole, const BundleObservation& observation)
-      : pinhole_(pinhole), px_(observation.px), per_sigma_(1 / observation.sigma_px) {}
+      : pinhole_(pinhole), px_(observation.px), per_sigma_(1 / observation.noise.SigmaPx()) {}
 
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {

@@ -124,13 +124,14 @@ class StoredExtractor : public Extractor {
   int next_ = 0;
 };
 
-class EmptyImages : public ImageSource {
+/// The images themselves: patches are aligned on them.
+class PartImages : public ImageSource {
  public:
-  EmptyImages(const Dataset& dataset, const Part& part) : dataset_(dataset), part_(part) {}
+  PartImages(Dataset* dataset, const Part& part) : dataset_(*dataset), part_(part) {}
   std::optional<TimedImage> Next() override {
     if (next_ == part_.size()) return std::nullopt;
     const int index = next_++;
-    return TimedImage{FrameId{index}, TimeOf(index), {}};
+    return TimedImage{FrameId{index}, TimeOf(index), dataset_.Load(part_.Frame(index))};
   }
   std::optional<Timestamp> UpcomingTime(int ahead) const override {
     if (next_ + ahead >= part_.size()) return std::nullopt;
@@ -147,7 +148,7 @@ class EmptyImages : public ImageSource {
   }
 
  private:
-  const Dataset& dataset_;
+  Dataset& dataset_;
   const Part part_;
   int next_ = 0;
 };
@@ -194,8 +195,9 @@ Trajectory TrajectoryOf(const SlamResult& result, MapId map) {
   return trajectory;
 }
 
-void RunVariant(const Dataset& dataset, const std::vector<Features>& features, const Truth& truth,
+void RunVariant(Dataset* dataset_to_run, const std::vector<Features>& features, const Truth& truth,
                 const std::optional<Vocabulary>& vocabulary, const std::string& variant) {
+  const Dataset& dataset = *dataset_to_run;
   SystemOptions options;
   NearestNeighbourOptions matching;
   OptionRegistry registry;
@@ -223,7 +225,7 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     perception.matcher_is_learned = true;
   }
   Slam slam(dataset.camera(), options, perception);
-  EmptyImages images(dataset, part);
+  PartImages images(dataset_to_run, part);
   const Stopwatch running;
   const SlamResult result = slam.Run(&images, Schedule::kSequential);
   fmt::print("{}\n", variant.empty() ? "(defaults)" : variant);
@@ -235,8 +237,10 @@ void RunVariant(const Dataset& dataset, const std::vector<Features>& features, c
     double ate = std::nan("");
     if (trajectory.size() > 5)
       ate = EvaluateTrajectory(truth, trajectory, evaluation).ate.statistics_m.rmse;
-    fmt::print("   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m\n", map.id().value,
-               trajectory.size(), map.KeyframeCount(), map.LandmarkCount(), ate);
+    fmt::print(
+        "   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m, model noise {:.2f} px\n",
+        map.id().value, trajectory.size(), map.KeyframeCount(), map.LandmarkCount(), ate,
+        map.model_sigma_px());
   }
   int shown = 0;
   for (const FrameRecord& record : result.frames) {
@@ -266,7 +270,7 @@ int main(int argc, char** argv) {
     std::vector<std::string> variants(argv + 5, argv + argc);
     if (variants.empty()) variants.push_back("");
     for (const std::string& variant : variants)
-      deepuav::RunVariant(*dataset, features, truth, vocabulary, variant);
+      deepuav::RunVariant(dataset.get(), features, truth, vocabulary, variant);
   } catch (const std::exception& error) {
     std::cerr << "backend_sweep: " << error.what() << "\n";
     return 1;

@@ -108,8 +108,8 @@ bool IsOutlier(const BundleObservation& observation, const BundleState& state, d
   const Eigen::Vector3d point =
       state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
   if (!InFrontOfCamera(point)) return true;
-  const double squared = (state.camera.Project(point) - observation.px).squaredNorm();
-  return squared > chi_square * observation.sigma_px * observation.sigma_px;
+  const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
+  return (Whitening(observation.noise) * error_px).squaredNorm() > chi_square;
 }
 
 }  // namespace

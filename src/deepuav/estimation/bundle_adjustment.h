@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/se3.h"
 
 namespace deepuav {
@@ -14,7 +15,7 @@ struct BundleObservation {
   int camera = 0;
   int landmark = 0;
   Eigen::Vector2d px;
-  double sigma_px = 1;
+  PixelNoise noise = {};
 };
 
 /// Cameras and landmarks to be adjusted together, as values.
@@ -44,7 +45,7 @@ struct BundleOptions {
   void Visit(Visitor&& visit) {
     visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps");
     visit("chi_square", chi_square, "",
-          "squared error over sigma from which the loss grows linearly");
+          "squared error in standard deviations from which the loss grows linearly");
     visit("min_relative_decrease", min_relative_decrease, "",
           "decrease of the cost below which a step is the last");
     visit("focal_sigma", focal_sigma, "",

@@ -144,8 +144,8 @@ TEST(AdjustBundle, WhatIsNotDeterminedStays) {
   }
   problem.observations = kept;
   problem.observations[10].px.x() = nan;
-  problem.observations[20].sigma_px = 0;
-  problem.observations[30].sigma_px = -1;
+  problem.observations[20].noise = 0;
+  problem.observations[30].noise.xx = -1;
   Disturb(0.05, 0.005, 0.05, &random, &problem);
   problem.landmarks_world[2].y() = nan;
   const BundleProblem before = problem;

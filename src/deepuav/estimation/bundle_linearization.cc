@@ -5,10 +5,12 @@
 namespace deepuav {
 namespace {
 
-/// The squared error in pixels at which an observation stops to count: 45 degrees. One behind its
-/// camera counts as much, so that the cost is continuous where a landmark passes the plane of the
-/// camera.
-double MaxSquaredError(const BundleCamera& camera) { return camera.pinhole.fx * camera.pinhole.fx; }
+/// The squared error at which an observation stops to count: that of 45 degrees, in standard
+/// deviations. One behind its camera counts as much, so that the cost is continuous where a
+/// landmark passes the plane of the camera.
+double MaxSquaredError(const BundleCamera& camera, const Whitening& whitening) {
+  return camera.pinhole.fx * camera.pinhole.fx * whitening.MeanSquaredGain();
+}
 
 /// Poses as matrices: a rotation is applied to hundreds of points.
 struct PoseMatrix {
@@ -55,7 +57,6 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
   AssignZero(has_calibration ? structure.free_cameras() : 0, &camera_calibration);
   AssignZero(has_calibration ? structure.groups() : 0, &calibration_landmark);
 
-  const double max_squared_error = MaxSquaredError(state.camera);
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   for (size_t i = 0; i < structure.observations.size(); ++i) {
     const GroupedObservation& o = structure.observations[i];
@@ -63,13 +64,14 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
     const Eigen::Vector3d point =
         pose * state.landmarks_world[structure.landmark_of_group[o.group]];
     const Eigen::Vector2d error_px = state.camera.Project(point) - o.px;
-    if (!InFrontOfCamera(point) || error_px.squaredNorm() > max_squared_error) {
+    const Eigen::Vector2d error = o.whitening * error_px;
+    const double squared = error.squaredNorm();
+    if (!InFrontOfCamera(point) || squared > MaxSquaredError(state.camera, o.whitening)) {
       camera_landmark[i].setZero();
       continue;
     }
-    const Eigen::Vector2d error = o.per_sigma * error_px;
-    const double weight = loss.Weight(error.squaredNorm());
-    const Matrix23d point_jacobian = o.per_sigma * state.camera.PointJacobian(point);
+    const double weight = loss.Weight(squared);
+    const Matrix23d point_jacobian = o.whitening * state.camera.PointJacobian(point);
     const Matrix23d landmark_jacobian = point_jacobian * pose.rotation;
     const Matrix23d weighted = weight * landmark_jacobian;
     landmark_landmark[o.group].noalias() += landmark_jacobian.transpose() * weighted;
@@ -83,7 +85,7 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
       camera_landmark[i].noalias() = camera_jacobian.transpose() * weighted;
     }
     if (!has_calibration) continue;
-    Matrix23dCalibration jacobian = o.per_sigma * state.camera.CalibrationJacobian(point);
+    Matrix23dCalibration jacobian = o.whitening * state.camera.CalibrationJacobian(point);
     MaskUnrefined(refined, &jacobian);
     calibration_calibration.noalias() += weight * jacobian.transpose() * jacobian;
     calibration_gradient.noalias() += weight * jacobian.transpose() * error;
@@ -104,16 +106,17 @@ void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
-  const double max_squared_error = MaxSquaredError(state.camera);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
   double cost = prior * prior;
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];
-    double squared = max_squared_error;
-    if (InFrontOfCamera(point))
-      squared = std::min(squared, (state.camera.Project(point) - o.px).squaredNorm());
-    cost += loss.Cost(o.per_sigma * o.per_sigma * squared);
+    double squared = MaxSquaredError(state.camera, o.whitening);
+    if (InFrontOfCamera(point)) {
+      const Eigen::Vector2d error_px = state.camera.Project(point) - o.px;
+      squared = std::min(squared, (o.whitening * error_px).squaredNorm());
+    }
+    cost += loss.Cost(squared);
   }
   return cost;
 }

@@ -9,6 +9,15 @@
 namespace deepuav {
 namespace {
 
+/// Of any direction.
+PixelNoise RandomNoise(Random* random) {
+  PixelNoise noise;
+  noise.xx = static_cast<float>(random->Uniform(0.3, 4));
+  noise.yy = static_cast<float>(random->Uniform(0.3, 4));
+  noise.xy = static_cast<float>(random->Uniform(-0.25, 0.25));
+  return noise;
+}
+
 /// A small problem away from its minimum, with a fixed camera and a landmark that one camera sees
 /// twice.
 struct SmallProblem {
@@ -18,7 +27,7 @@ struct SmallProblem {
     world.landmarks_world = LandmarksInBox(12, {-3, -3, -2}, {3, 3, 2}, &random);
     world.cam_from_world = OrbitPath(4, {0, 0, 0}, 10, 2, 1);
     problem = MakeBundleProblem(world, {3, 0}, &random);
-    for (BundleObservation& o : problem.observations) o.sigma_px = random.Uniform(0.5, 2);
+    for (BundleObservation& o : problem.observations) o.noise = RandomNoise(&random);
     BundleObservation twice = problem.observations.back();
     twice.px.x() += 2;
     problem.observations.push_back(twice);

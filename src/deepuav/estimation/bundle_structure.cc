@@ -21,8 +21,7 @@ std::vector<int> BinBegins(const std::vector<int>& counts) {
 }  // namespace
 
 bool UsableObservation(const BundleObservation& observation) {
-  return observation.px.allFinite() && observation.sigma_px > 0 &&
-         std::isfinite(observation.sigma_px);
+  return observation.px.allFinite() && observation.noise.usable();
 }
 
 void CheckBundleProblem(const BundleProblem& problem) {
@@ -86,7 +85,8 @@ BundleStructure::BundleStructure(const BundleProblem& problem) {
   for (const BundleObservation& o : problem.observations) {
     if (!takes_part(o)) continue;
     const int group = group_of_landmark[o.landmark];
-    observations[next[group]++] = {o.camera, free_of_camera[o.camera], group, o.px, 1 / o.sigma_px};
+    observations[next[group]++] = {o.camera, free_of_camera[o.camera], group, o.px,
+                                   Whitening(o.noise)};
   }
   std::vector<int> camera_sizes(free_cameras(), 0);
   for (int group = 0; group < groups(); ++group) {

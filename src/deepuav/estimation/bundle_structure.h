@@ -14,7 +14,7 @@ struct GroupedObservation {
   int free_camera = 0;  ///< Index among the free cameras; -1 for a fixed one.
   int group = 0;
   Eigen::Vector2d px;
-  double per_sigma = 1;  ///< 1/px
+  Whitening whitening;
 };
 
 /// What is known of the focal length beforehand: its logarithm is normally distributed.

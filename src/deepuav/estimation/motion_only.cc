@@ -17,15 +17,16 @@ using Equations = NormalEquations<6>;
 
 bool Usable(const PoseObservation& observation) {
   return observation.landmark_world.allFinite() && observation.px.allFinite() &&
-         observation.sigma_px > 0 && std::isfinite(observation.sigma_px);
+         observation.noise.usable();
 }
 
-/// Squared reprojection error in sigmas; infinite behind the camera.
-double ChiSquare(const Pinhole& pinhole, const PoseObservation& observation, const SE3& pose) {
+/// Reprojection error in pixels; infinite behind the camera.
+Eigen::Vector2d ErrorPx(const Pinhole& pinhole, const PoseObservation& observation,
+                        const SE3& pose) {
   const Eigen::Vector3d point = pose * observation.landmark_world;
-  if (!InFrontOfCamera(point)) return std::numeric_limits<double>::infinity();
-  return (pinhole.Project(point) - observation.px).squaredNorm() /
-         (observation.sigma_px * observation.sigma_px);
+  if (!InFrontOfCamera(point))
+    return Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  return pinhole.Project(point) - observation.px;
 }
 
 class PoseProblem {
@@ -34,6 +35,9 @@ class PoseProblem {
               const MotionOnlyOptions& options)
       : pinhole_(pinhole), observations_(observations), chi_square_(options.chi_square) {
     active_.resize(observations.size());
+    whitening_.reserve(observations.size());
+    for (const PoseObservation& observation : observations)
+      whitening_.push_back(Usable(observation) ? Whitening(observation.noise) : Whitening());
   }
 
   /// The observations that take part: all usable ones before the first round, inliers after.
@@ -42,7 +46,7 @@ class PoseProblem {
     const double bound = only_inliers ? chi_square_ : std::numeric_limits<double>::max();
     int count = 0;
     for (size_t i = 0; i < observations_.size(); ++i) {
-      active_[i] = Usable(observations_[i]) && ChiSquare(pinhole_, observations_[i], pose) <= bound;
+      active_[i] = Usable(observations_[i]) && ChiSquare(i, pose) <= bound;
       count += active_[i];
     }
     return count;
@@ -53,7 +57,7 @@ class PoseProblem {
     const Eigen::Matrix3d rotation = pose.RotationMatrix();
     const HuberLoss loss{robust ? chi_square_ : std::numeric_limits<double>::max()};
     for (size_t i = 0; i < observations_.size(); ++i) {
-      if (active_[i]) Accumulate(observations_[i], rotation, pose.translation(), loss, &equations);
+      if (active_[i]) Accumulate(i, rotation, pose.translation(), loss, &equations);
     }
     equations.hessian.triangularView<Eigen::StrictlyUpper>() = equations.hessian.transpose();
     return equations;
@@ -62,21 +66,30 @@ class PoseProblem {
   const std::vector<uint8_t>& active() const { return active_; }
 
  private:
-  void Accumulate(const PoseObservation& observation, const Eigen::Matrix3d& rotation,
-                  const Eigen::Vector3d& translation, const HuberLoss& loss,
-                  Equations* equations) const {
+  /// Squared reprojection error in standard deviations; infinite behind the camera.
+  double ChiSquare(size_t i, const SE3& pose) const {
+    const Eigen::Vector2d error_px = ErrorPx(pinhole_, observations_[i], pose);
+    if (!error_px.allFinite()) return std::numeric_limits<double>::infinity();
+    return (whitening_[i] * error_px).squaredNorm();
+  }
+
+  void Accumulate(size_t i, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation,
+                  const HuberLoss& loss, Equations* equations) const {
+    const PoseObservation& observation = observations_[i];
+    const Whitening& whitening = whitening_[i];
     const Eigen::Vector3d point = rotation * observation.landmark_world + translation;
-    const double per_sigma = 1 / observation.sigma_px;
     const double inv_z = 1 / point.z();
     const double x = point.x() * inv_z, y = point.y() * inv_z;
-    const double fx = pinhole_.fx * per_sigma, fy = pinhole_.fy * per_sigma;
-    const double error_u = (pinhole_.cx - observation.px.x()) * per_sigma + fx * x;
-    const double error_v = (pinhole_.cy - observation.px.y()) * per_sigma + fy * y;
+    const double fx = pinhole_.fx, fy = pinhole_.fy;
+    const double error_x = pinhole_.cx - observation.px.x() + fx * x;
+    const double error_y = pinhole_.cy - observation.px.y() + fy * y;
+    const double error_u = whitening.xx * error_x;
+    const double error_v = whitening.yx * error_x + whitening.yy * error_y;
     const double squared = error_u * error_u + error_v * error_v;
     // Behind the camera, and further off than 45 degrees, an observation costs as much as there and
     // has no gradient: a step that pushes a point behind the camera is no gain, and the cost stays
     // continuous.
-    const double max_squared = fx * fx;
+    const double max_squared = fx * fx * whitening.MeanSquaredGain();
     if (!InFrontOfCamera(point) || squared > max_squared) {
       equations->cost += loss.Cost(max_squared);
       return;
@@ -84,9 +97,11 @@ class PoseProblem {
     const double weight = loss.Weight(squared);
     equations->cost += loss.Cost(squared);
 
-    Vector6d row_u, row_v;
-    row_u << fx * inv_z, 0, -fx * x * inv_z, -fx * x * y, fx * (1 + x * x), -fx * y;
-    row_v << 0, fy * inv_z, -fy * y * inv_z, -fy * (1 + y * y), fy * x * y, fy * x;
+    Vector6d row_x, row_y;
+    row_x << fx * inv_z, 0, -fx * x * inv_z, -fx * x * y, fx * (1 + x * x), -fx * y;
+    row_y << 0, fy * inv_z, -fy * y * inv_z, -fy * (1 + y * y), fy * x * y, fy * x;
+    const Vector6d row_u = whitening.xx * row_x;
+    const Vector6d row_v = whitening.yx * row_x + whitening.yy * row_y;
     const Vector6d weighted_u = weight * row_u, weighted_v = weight * row_v;
     for (int column = 0; column < 6; ++column) {
       for (int row = column; row < 6; ++row) {
@@ -100,6 +115,7 @@ class PoseProblem {
   const Pinhole& pinhole_;
   const std::vector<PoseObservation>& observations_;
   const double chi_square_;
+  std::vector<Whitening> whitening_;
   std::vector<uint8_t> active_;
 };
 
@@ -129,8 +145,7 @@ void Classify(const Pinhole& pinhole, const std::vector<PoseObservation>& observ
   for (size_t i = 0; i < observations.size(); ++i) {
     if (!inlier[i]) continue;
     ++result->inlier_count;
-    const double sigma = observations[i].sigma_px;
-    squared_sum += ChiSquare(pinhole, observations[i], result->cam_from_world) * sigma * sigma;
+    squared_sum += ErrorPx(pinhole, observations[i], result->cam_from_world).squaredNorm();
   }
   if (result->inlier_count > 0) result->rms_px = std::sqrt(squared_sum / result->inlier_count);
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/se3.h"
 
 namespace deepuav {
@@ -12,7 +13,7 @@ namespace deepuav {
 struct PoseObservation {
   Eigen::Vector3d landmark_world;
   Eigen::Vector2d px;
-  double sigma_px = 1;
+  PixelNoise noise = {};
 };
 
 struct MotionOnlyOptions {
@@ -27,7 +28,8 @@ struct MotionOnlyOptions {
     visit("rounds", rounds, "",
           "rounds of optimisation, each followed by a new classification of outliers");
     visit("iterations", iterations, "", "Gauss-Newton steps a round");
-    visit("chi_square", chi_square, "", "bound on the squared error over sigma of an inlier");
+    visit("chi_square", chi_square, "",
+          "bound on the squared error in standard deviations of an inlier");
   }
 };
 

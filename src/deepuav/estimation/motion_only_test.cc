@@ -11,6 +11,15 @@
 namespace deepuav {
 namespace {
 
+/// Of any direction.
+PixelNoise RandomNoise(Random* random) {
+  PixelNoise noise;
+  noise.xx = static_cast<float>(random->Uniform(0.3, 4));
+  noise.yy = static_cast<float>(random->Uniform(0.3, 4));
+  noise.xy = static_cast<float>(random->Uniform(-0.25, 0.25));
+  return noise;
+}
+
 SyntheticWorld BoxWorld(uint64_t seed, int landmarks) {
   Random random(seed);
   SyntheticWorld world;
@@ -83,13 +92,14 @@ TEST(OptimizePose, InformationEqualsTheNumericJacobian) {
   Random random(8);
   const SE3 truth = Perturbed(SE3(), 0.3, 0.2, &random);
   auto observations = ObservePose(world, truth, {}, &random);
-  for (auto& o : observations) o.sigma_px = random.Uniform(0.5, 2);
+  for (auto& o : observations) o.noise = RandomNoise(&random);
   const MotionOnlyResult result = OptimizePose(world.pinhole, observations, truth, {});
   Matrix6d expected = Matrix6d::Zero();
   for (const PoseObservation& o : observations) {
     const auto residual = [&](const Eigen::VectorXd& twist) -> Eigen::VectorXd {
       const SE3 pose = SE3::Exp(Vector6d(twist)) * result.cam_from_world;
-      return (world.pinhole.Project(pose * o.landmark_world) - o.px) / o.sigma_px;
+      const Eigen::Vector2d error = world.pinhole.Project(pose * o.landmark_world) - o.px;
+      return Whitening(o.noise) * error;
     };
     const Eigen::MatrixXd jacobian = NumericJacobian(residual, 6);
     expected += jacobian.transpose() * jacobian;
@@ -130,8 +140,8 @@ TEST(OptimizePose, BadValuesAreOutliersAndNeverSpread) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   observations[0].landmark_world.x() = nan;
   observations[1].px.y() = std::numeric_limits<double>::infinity();
-  observations[2].sigma_px = 0;
-  observations[3].sigma_px = nan;
+  observations[2].noise = 0;
+  observations[3].noise = nan;
   observations[4].landmark_world.setZero();  // In the camera's centre.
   observations[5].px.setConstant(1e200);
   const MotionOnlyResult result = OptimizePose(world.pinhole, observations, SE3(), {});

@@ -72,8 +72,9 @@ class ByteReader {
     if (left() > 0) throw Error("{} has {} bytes too many", name_, left());
   }
 
+  size_t left() const { return bytes_.size() - position_; }  ///< Bytes not read yet.
+
  private:
-  size_t left() const { return bytes_.size() - position_; }
   void Need(size_t count) const {
     if (count <= left()) return;
     throw Error("{} ends at byte {}: expected at least {} more", name_, bytes_.size(),

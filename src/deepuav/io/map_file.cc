@@ -12,10 +12,10 @@ namespace deepuav {
 namespace {
 
 constexpr std::string_view kMagic = "\x89UAVMAP\n";
-constexpr uint32_t kVersion = 2;
 constexpr SectionKind kAtlas = {'A', 'T', 'L', 'S'};
 constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
 constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
+constexpr SectionKind kImage = {'I', 'M', 'A', 'G'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -23,7 +23,8 @@ constexpr uint64_t kFreeIds = uint64_t{1} << 24;
 
 class AtlasReader {
  public:
-  explicit AtlasReader(const std::filesystem::path& file) : sections_(file, kMagic, kVersion) {}
+  explicit AtlasReader(const std::filesystem::path& file)
+      : sections_(file, kMagic, kOldestMapFileVersion, kMapFileVersion) {}
 
   LoadedAtlas Read() {
     head_ = GetAtlasHead(sections_.Read(kAtlas));
@@ -47,17 +48,32 @@ class AtlasReader {
   }
 
   /// After Read().
-  MapFileFacts Facts() const { return {kVersion, sections_.position(), sections_.tallies()}; }
+  MapFileFacts Facts() const {
+    return {sections_.version(), sections_.position(), sections_.tallies()};
+  }
 
  private:
   MapState ReadMap(std::map<KeyframeId, std::string>* image_names) {
-    MapState state = GetMap(sections_.Read(kMap), image_names);
+    const bool is_old = sections_.version() == kOldestMapFileVersion;
+    MapState state = GetMap(sections_.Read(kMap), sections_.version(), image_names);
     for (Keyframe& keyframe : state.keyframes) {
       keyframe.frame.features =
           std::make_shared<const Features>(GetFeatures(keyframe.id, sections_.Read(kFeatures)));
+      if (is_old) continue;
+      keyframe.frame.image = GetImage(keyframe.id, sections_.Read(kImage));
+      CheckSize(keyframe);
     }
+    if (is_old) MeasureAtKeypoints(&state);
     CheckIds(state);
     return state;
+  }
+
+  void CheckSize(const Keyframe& keyframe) const {
+    if (!keyframe.frame.image) return;
+    const cv::Size size = keyframe.frame.image->image().size();
+    if (size.width == head_.camera.width && size.height == head_.camera.height) return;
+    throw Error("the image of keyframe {} is {}x{}: expected the camera's {}x{}", keyframe.id.value,
+                size.width, size.height, head_.camera.width, head_.camera.height);
   }
 
   void CheckIds(const MapState& state) {
@@ -132,7 +148,7 @@ std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
 
 void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,
                   const MapOrigin& origin) {
-  SectionWriter sections(file, kMagic, kVersion);
+  SectionWriter sections(file, kMagic, kMapFileVersion);
   ByteWriter bytes;
   const auto write = [&](const SectionKind& kind) {
     sections.Write(kind, bytes.bytes());
@@ -149,6 +165,8 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
     map.keyframes().ForEach([&](const Keyframe& keyframe) {
       PutFeatures(keyframe.id, keyframe.features(), &bytes);
       write(kFeatures);
+      PutImage(keyframe.id, keyframe.frame.image.get(), &bytes);
+      write(kImage);
     });
   }
   sections.Commit();

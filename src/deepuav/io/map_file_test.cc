@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr std::string_view kMagic = "\x89UAVMAP\n";
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 constexpr size_t kHeaderBytes = 12, kHeadBytes = 24, kDigestBytes = 32;
 
 struct Section {
@@ -70,7 +70,7 @@ class MapFileTest : public ::testing::Test {
   /// The sections of the file, without the end.
   std::vector<Section> Sections(const std::string& bytes) {
     std::vector<Section> sections;
-    SectionReader reader(folder_.Write("whole.deepuav", bytes), kMagic, kVersion);
+    SectionReader reader(folder_.Write("whole.deepuav", bytes), kMagic, kVersion, kVersion);
     for (size_t at = kHeaderBytes;;) {
       SectionKind kind;
       std::copy_n(bytes.begin() + static_cast<ptrdiff_t>(at), kind.size(), kind.begin());
@@ -216,10 +216,102 @@ TEST_F(MapFileTest, ForeignAndNewerFilesAreNamed) {
               HasSubstr("begins with 'ply\\x0aform': expected '\\x89UAVMAP\\x0a'"));
   std::string bytes = SmallFile();
   bytes[kMagic.size()] = kVersion + 1;
-  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 3, of a newer program: expected 2"));
+  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 4, of a newer program: expected 2 to 3"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path()); }), HasSubstr("expected a file"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path() / "none.deepuav"); }),
               HasSubstr("none.deepuav"));
+}
+
+/// The content of a map section as version 2 had it: no model noise, no measurements.
+std::string AsVersionTwo(const std::string& content, int keyframes_with_loops) {
+  constexpr size_t kNoise = 8, kMeasurement = 21;
+  std::string old = content.substr(0, 8);
+  size_t at = 8 + kNoise;
+  const auto number = [&] {
+    uint64_t value;
+    std::memcpy(&value, content.data() + at, sizeof(value));
+    return value;
+  };
+  const auto copy = [&](size_t bytes) {
+    old += content.substr(at, bytes);
+    at += bytes;
+  };
+  const auto copy_count = [&] {
+    const uint64_t count = number();
+    copy(8);
+    return count;
+  };
+  for (uint64_t left = copy_count(); left > 0; --left) {
+    copy(96);
+    const uint64_t loops = copy_count();
+    keyframes_with_loops -= loops > 0;
+    copy(8 * loops);
+  }
+  EXPECT_EQ(keyframes_with_loops, 0);
+  copy(88 * copy_count());
+  copy(16 * copy_count());
+  for (uint64_t left = copy_count(); left > 0; --left) {
+    copy(100);
+    for (uint64_t observations = copy_count(); observations > 0; --observations) {
+      copy(12);
+      at += kMeasurement;
+    }
+  }
+  return old + content.substr(at);
+}
+
+TEST_F(MapFileTest, VersionTwoIsReadWithoutImagesAndWithKeyPointsAsMeasurements) {
+  std::string bytes = std::string(kMagic) + Bytes(uint32_t{2});
+  int maps = 0;
+  for (const Section& section : Sections(SmallFile())) {
+    const std::string_view kind(section.kind.data(), section.kind.size());
+    if (kind == "IMAG") continue;
+    const bool is_map = kind == "MAP ";
+    // The first map has four keyframes left that loops tie.
+    const std::string content =
+        is_map ? AsVersionTwo(section.content, maps++ == 0 ? 2 : 0) : section.content;
+    bytes += SealedSection(section.kind, 0, content.size(), content);
+  }
+  bytes += SealedSection({'E', 'N', 'D', ' '}, 0, 0, "");
+  const LoadedAtlas loaded = ReadBytesAsMap(bytes);
+  const Map& map = loaded.atlas.At(MapId{0});
+  EXPECT_EQ(map.model_sigma_px(), 0);
+  EXPECT_GT(map.LandmarkCount(), 0);
+  map.keyframes().ForEach([](const Keyframe& keyframe) { EXPECT_FALSE(keyframe.frame.image); });
+  map.landmarks().ForEach([&](const Landmark& landmark) {
+    for (const Observation& o : landmark.observations) {
+      const Keypoint& keypoint =
+          map.At(o.keyframe).features().keypoints[static_cast<size_t>(o.keypoint)];
+      EXPECT_EQ(o.measured.px, keypoint.px);
+      EXPECT_EQ(o.measured.noise, PixelNoise(keypoint.sigma_px));
+    }
+  });
+}
+
+TEST_F(MapFileTest, LyingImagesAreRefused) {
+  std::vector<Section> sections = Sections(SmallFile());
+  const auto image = std::find_if(sections.begin(), sections.end(), [](const Section& section) {
+    return std::string_view(section.kind.data(), 4) == "IMAG" && section.content.size() > 100;
+  });
+  ASSERT_NE(image, sections.end());
+  const std::string content = image->content;
+  const auto with_number = [&](size_t at, uint32_t number) {
+    image->content = content;
+    std::memcpy(image->content.data() + at, &number, sizeof(number));
+    return ErrorOf([&] { ReadSections(sections); });
+  };
+  EXPECT_THAT(with_number(0, 99), HasSubstr("image of keyframe 99: expected that of 1"));
+  EXPECT_THAT(with_number(8, 17), HasSubstr("17 levels: expected at most 16"));
+  EXPECT_THAT(with_number(8, 0), HasSubstr("too many"));
+  EXPECT_THAT(with_number(12, 65), HasSubstr("is 65x48"));
+  EXPECT_THAT(with_number(12, 0), HasSubstr("is 0x48"));
+  image->content = content.substr(0, 20);
+  EXPECT_THAT(ErrorOf([&] { ReadSections(sections); }), HasSubstr("in 0 bytes"));
+  image->content = content;
+  const uint32_t width = 48, height = 64;
+  std::memcpy(image->content.data() + 12, &width, 4);
+  std::memcpy(image->content.data() + 16, &height, 4);
+  EXPECT_THAT(ErrorOf([&] { ReadSections(sections); }), HasSubstr("expected the camera's 64x48"));
 }
 
 TEST_F(MapFileTest, DamageIsCalledSo) {
@@ -252,7 +344,7 @@ TEST_F(MapFileTest, SectionsOfOneByteRepeated) {
   SectionWriter writer(file_, kMagic, kVersion);
   writer.Write({'A', 'T', 'L', 'S'}, zeros);
   writer.Commit();
-  SectionReader reader(file_, kMagic, kVersion);
+  SectionReader reader(file_, kMagic, kVersion, kVersion);
   EXPECT_EQ(reader.Read({'A', 'T', 'L', 'S'}), zeros);
   EXPECT_NO_THROW(reader.ExpectEnd());
 }
@@ -266,11 +358,11 @@ TEST_F(MapFileTest, LyingIdsAreRefused) {
     return ErrorOf([&] { ReadSections(changed); });
   };
   ASSERT_EQ(std::string_view(sections[1].kind.data(), 4), "MAP ");
-  constexpr size_t kFirstKeyframe = 16, kKeyframeBytes = 104, kParent = 24, kRotation = 32;
+  constexpr size_t kFirstKeyframe = 24, kKeyframeBytes = 104, kParent = 24, kRotation = 32;
   constexpr size_t kScale = 88, kLoops = 96;
   const size_t second = kFirstKeyframe + kKeyframeBytes;  // the first has no loop left
   EXPECT_THAT(with_number(1, 0, 7), HasSubstr("map 7: expected map 0"));
-  EXPECT_THAT(with_number(1, 8, int64_t{1} << 60), HasSubstr("things follow"));
+  EXPECT_THAT(with_number(1, 16, int64_t{1} << 60), HasSubstr("things follow"));
   const size_t fourth = second + 2 * kKeyframeBytes + 8;  // keyframe 4; the second closes a loop
   EXPECT_THAT(with_number(1, fourth, int64_t{1} << 60), HasSubstr("features of keyframe 4"));
   EXPECT_THAT(with_number(1, kFirstKeyframe, 2), HasSubstr("keyframe 0 has an image name"));

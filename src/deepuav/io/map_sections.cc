@@ -9,10 +9,13 @@ constexpr size_t kPoseBytes = 7 * 8;
 constexpr size_t kKeyframeBytes = 6 * 8 + kPoseBytes;
 constexpr size_t kCulledBytes = 4 * 8 + kPoseBytes;
 constexpr size_t kMergedBytes = 2 * 8;
-constexpr size_t kObservationBytes = 8 + 4;
-constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kObservationBytes + 2 * 4 + 8;
+constexpr size_t kKeypointReferenceBytes = 8 + 4;
+constexpr size_t kMeasurementFloats = 5;
+constexpr size_t kMeasurementBytes = kMeasurementFloats * sizeof(float) + 1;
+constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kKeypointReferenceBytes + 2 * 4 + 8;
 constexpr size_t kImageNameBytes = 2 * 8;
 constexpr size_t kKeypointFloats = 6;
+constexpr uint32_t kMostPyramidLevels = 16;
 
 using ImageNames = std::map<KeyframeId, std::string>;
 
@@ -59,14 +62,46 @@ SE3 GetPose(ByteReader* reader) {
   return SE3::FromUnit({wxyz[0], wxyz[1], wxyz[2], wxyz[3]}, GetVector(reader));
 }
 
-void PutObservation(const Observation& observation, ByteWriter* writer) {
+/// Which key point of which keyframe.
+void PutKeypointReference(const Observation& observation, ByteWriter* writer) {
   PutId(observation.keyframe, writer);
   writer->Put<int32_t>(observation.keypoint);
 }
 
-Observation GetObservation(ByteReader* reader) {
+Observation GetKeypointReference(ByteReader* reader) {
   const auto keyframe = GetId<KeyframeId>(reader);
-  return {keyframe, reader->Get<int32_t>()};
+  return {keyframe, reader->Get<int32_t>(), {}};
+}
+
+void PutObservation(const Observation& observation, ByteWriter* writer) {
+  PutKeypointReference(observation, writer);
+  const PixelMeasurement& measured = observation.measured;
+  const float values[kMeasurementFloats] = {measured.px.x(), measured.px.y(), measured.noise.xx,
+                                            measured.noise.xy, measured.noise.yy};
+  writer->PutAll(std::span<const float>(values));
+  writer->Put<uint8_t>(measured.by_patch ? 1 : 0);
+}
+
+Observation GetObservation(uint32_t version, ByteReader* reader) {
+  Observation observation = GetKeypointReference(reader);
+  if (version == kOldestMapFileVersion) return observation;
+  float values[kMeasurementFloats];
+  reader->GetAll(std::span<float>(values));
+  observation.measured.px = {values[0], values[1]};
+  observation.measured.noise.xx = values[2];
+  observation.measured.noise.xy = values[3];
+  observation.measured.noise.yy = values[4];
+  const auto by_patch = reader->Get<uint8_t>();
+  if (by_patch > 1) {
+    throw Error("key point {} of keyframe {} was measured by {}: expected 0 or 1",
+                observation.keypoint, observation.keyframe.value, by_patch);
+  }
+  observation.measured.by_patch = by_patch == 1;
+  return observation;
+}
+
+size_t ObservationBytes(uint32_t version) {
+  return kKeypointReferenceBytes + (version == kOldestMapFileVersion ? 0 : kMeasurementBytes);
 }
 
 void PutKeyframe(const Keyframe& keyframe, ByteWriter* writer) {
@@ -106,14 +141,14 @@ void PutLandmark(const Landmark& landmark, ByteWriter* writer) {
   PutVector(landmark.mean_view_direction, writer);
   writer->Put<double>(landmark.min_distance);
   writer->Put<double>(landmark.max_distance);
-  PutObservation(landmark.representative, writer);
+  PutKeypointReference(landmark.representative, writer);
   writer->Put<int32_t>(landmark.visible);
   writer->Put<int32_t>(landmark.found);
   writer->Put<uint64_t>(landmark.observations.size());
   for (const Observation& observation : landmark.observations) PutObservation(observation, writer);
 }
 
-Landmark GetLandmark(ByteReader* reader) {
+Landmark GetLandmark(uint32_t version, ByteReader* reader) {
   Landmark landmark;
   landmark.id = GetId<LandmarkId>(reader);
   landmark.created_by = GetId<KeyframeId>(reader);
@@ -121,11 +156,12 @@ Landmark GetLandmark(ByteReader* reader) {
   landmark.mean_view_direction = GetVector(reader);
   landmark.min_distance = reader->Get<double>();
   landmark.max_distance = reader->Get<double>();
-  landmark.representative = GetObservation(reader);
+  landmark.representative = GetKeypointReference(reader);
   landmark.visible = reader->Get<int32_t>();
   landmark.found = reader->Get<int32_t>();
-  landmark.observations.resize(reader->GetCount(kObservationBytes));
-  for (Observation& observation : landmark.observations) observation = GetObservation(reader);
+  landmark.observations.resize(reader->GetCount(ObservationBytes(version)));
+  for (Observation& observation : landmark.observations)
+    observation = GetObservation(version, reader);
   return landmark;
 }
 
@@ -236,6 +272,7 @@ AtlasHead GetAtlasHead(std::string_view content) {
 
 void PutMap(const Map& map, MapId id, const ImageNames& image_names, ByteWriter* writer) {
   PutId(id, writer);
+  writer->Put<double>(map.model_sigma_px());
   writer->Put<uint64_t>(static_cast<uint64_t>(map.KeyframeCount()));
   map.keyframes().ForEach([&](const Keyframe& keyframe) { PutKeyframe(keyframe, writer); });
   writer->Put<uint64_t>(map.culled().size());
@@ -256,10 +293,11 @@ void PutMap(const Map& map, MapId id, const ImageNames& image_names, ByteWriter*
   PutImageNames(map, image_names, writer);
 }
 
-MapState GetMap(std::string_view content, ImageNames* image_names) {
+MapState GetMap(std::string_view content, uint32_t version, ImageNames* image_names) {
   ByteReader reader(content, "the map");
   MapState state;
   state.id = GetId<MapId>(&reader);
+  if (version > kOldestMapFileVersion) state.model_sigma_px = reader.Get<double>();
   for (size_t left = reader.GetCount(kKeyframeBytes); left > 0; --left) {
     state.keyframes.push_back(GetKeyframe(&reader));
   }
@@ -282,10 +320,25 @@ MapState GetMap(std::string_view content, ImageNames* image_names) {
   }
   const size_t landmarks = reader.GetCount(kLandmarkBytes);
   state.landmarks.reserve(landmarks);
-  for (size_t i = 0; i < landmarks; ++i) state.landmarks.push_back(GetLandmark(&reader));
+  for (size_t i = 0; i < landmarks; ++i) state.landmarks.push_back(GetLandmark(version, &reader));
   GetImageNames(state.keyframes, &reader, image_names);
   reader.ExpectEnd();
   return state;
+}
+
+void MeasureAtKeypoints(MapState* state) {
+  std::map<KeyframeId, const Features*> features;
+  for (const Keyframe& keyframe : state->keyframes) features[keyframe.id] = &keyframe.features();
+  for (Landmark& landmark : state->landmarks) {
+    for (Observation& observation : landmark.observations) {
+      const auto seen = features.find(observation.keyframe);
+      if (seen == features.end() || observation.keypoint < 0 ||
+          observation.keypoint >= seen->second->size())
+        continue;  // Map::Restore names what is wrong with it.
+      const Keypoint& keypoint = seen->second->keypoints[static_cast<size_t>(observation.keypoint)];
+      observation.measured = {keypoint.px, keypoint.sigma_px};
+    }
+  }
 }
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer) {
@@ -327,6 +380,54 @@ Features GetFeatures(KeyframeId keyframe, std::string_view content) {
   reader.ExpectEnd();
   return {std::move(keypoints), Descriptors::FromStored(static_cast<int>(dimension),
                                                         std::move(stored), std::move(scales))};
+}
+
+void PutImage(KeyframeId keyframe, const ImagePyramid* image, ByteWriter* writer) {
+  PutId(keyframe, writer);
+  writer->Put<uint32_t>(image ? static_cast<uint32_t>(image->levels()) : 0);
+  if (!image) return;
+  const GreyImage& pixels = image->image();
+  writer->Put<uint32_t>(static_cast<uint32_t>(pixels.cols));
+  writer->Put<uint32_t>(static_cast<uint32_t>(pixels.rows));
+  // Differences of neighbours are small: what compresses the section finds them short.
+  std::vector<uint8_t> row(static_cast<size_t>(pixels.cols));
+  for (int v = 0; v < pixels.rows; ++v) {
+    uint8_t left = 0;
+    for (int u = 0; u < pixels.cols; ++u) {
+      row[static_cast<size_t>(u)] = static_cast<uint8_t>(pixels(v, u) - left);
+      left = pixels(v, u);
+    }
+    writer->PutAll(std::span<const uint8_t>(row));
+  }
+}
+
+std::shared_ptr<const ImagePyramid> GetImage(KeyframeId keyframe, std::string_view content) {
+  ByteReader reader(content, fmt::format("the image of keyframe {}", keyframe.value));
+  const auto id = GetId<KeyframeId>(&reader);
+  if (id != keyframe)
+    throw Error("image of keyframe {}: expected that of {}", id.value, keyframe.value);
+  const uint32_t levels = reader.Get<uint32_t>();
+  if (levels > kMostPyramidLevels) {
+    throw Error("the image of keyframe {} has {} levels: expected at most {}", keyframe.value,
+                levels, kMostPyramidLevels);
+  }
+  if (levels == 0) {
+    reader.ExpectEnd();
+    return nullptr;
+  }
+  const uint64_t width = reader.Get<uint32_t>(), height = reader.Get<uint32_t>();
+  if (width < 1 || height < 1 || width * height != reader.left()) {
+    throw Error("the image of keyframe {} is {}x{} in {} bytes: expected a byte a pixel",
+                keyframe.value, width, height, reader.left());
+  }
+  GreyImage pixels(static_cast<int>(height), static_cast<int>(width));
+  for (int v = 0; v < pixels.rows; ++v) {
+    reader.GetAll(std::span<uint8_t>(pixels[v], width));
+    for (int u = 1; u < pixels.cols; ++u)
+      pixels(v, u) = static_cast<uint8_t>(pixels(v, u) + pixels(v, u - 1));
+  }
+  reader.ExpectEnd();
+  return std::make_shared<const ImagePyramid>(pixels, static_cast<int>(levels));
 }
 
 }  // namespace deepuav

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -10,6 +12,10 @@
 #include "deepuav/map/map_state.h"
 
 namespace deepuav {
+
+/// Of the format that is written. Version 2 can be read, too.
+inline constexpr uint32_t kMapFileVersion = 3;
+inline constexpr uint32_t kOldestMapFileVersion = 2;
 
 /// What the first section of a map file tells.
 struct AtlasHead {
@@ -24,15 +30,24 @@ struct AtlasHead {
 void PutAtlasHead(const AtlasHead& head, ByteWriter* writer);
 AtlasHead GetAtlasHead(std::string_view content);
 
-/// A map without its keyframes' features, which have a section each. `id` is its number in the
-/// file; `image_names` may hold those of other maps.
+/// A map without its keyframes' features and images, which have a section each. `id` is its number
+/// in the file; `image_names` may hold those of other maps.
 void PutMap(const Map& map, MapId id, const std::map<KeyframeId, std::string>& image_names,
             ByteWriter* writer);
-/// Adds the names of this map's images to `image_names`.
-MapState GetMap(std::string_view content, std::map<KeyframeId, std::string>* image_names);
+/// Adds the names of this map's images to `image_names`. In a file of version 2 observations have
+/// no measurements: MeasureAtKeypoints gives them some once the features are there.
+MapState GetMap(std::string_view content, uint32_t version,
+                std::map<KeyframeId, std::string>* image_names);
+/// Every observation that names a key point of a keyframe is where that is.
+void MeasureAtKeypoints(MapState* state);
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
 Features GetFeatures(KeyframeId keyframe, std::string_view content);
+
+/// `image` may be null.
+void PutImage(KeyframeId keyframe, const ImagePyramid* image, ByteWriter* writer);
+/// `keyframe` is whose image this must be; null where none was kept.
+std::shared_ptr<const ImagePyramid> GetImage(KeyframeId keyframe, std::string_view content);
 
 }  // namespace deepuav

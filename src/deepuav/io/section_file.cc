@@ -111,7 +111,7 @@ void SectionWriter::Commit() {
 }
 
 SectionReader::SectionReader(const std::filesystem::path& file, std::string_view magic,
-                             uint32_t version) {
+                             uint32_t oldest, uint32_t newest) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
     throw Error("cannot be read: expected a file");
@@ -127,10 +127,10 @@ SectionReader::SectionReader(const std::filesystem::path& file, std::string_view
                 Escaped(std::string_view(stored_).substr(0, magic.size())), Escaped(magic));
   }
   ByteReader header(std::string_view(stored_).substr(magic.size()), "the header");
-  const auto found = header.Get<uint32_t>();
-  if (found != version) {
-    throw Error("has the format version {}{}: expected {}", found,
-                found > version ? ", of a newer program" : "", version);
+  version_ = header.Get<uint32_t>();
+  if (version_ < oldest || version_ > newest) {
+    throw Error("has the format version {}{}: expected {} to {}", version_,
+                version_ > newest ? ", of a newer program" : "", oldest, newest);
   }
 }
 

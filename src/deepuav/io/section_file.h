@@ -48,8 +48,11 @@ class SectionWriter {
 /// more.
 class SectionReader {
  public:
-  SectionReader(const std::filesystem::path& file, std::string_view magic, uint32_t version);
+  /// Of the versions from `oldest` to `newest`.
+  SectionReader(const std::filesystem::path& file, std::string_view magic, uint32_t oldest,
+                uint32_t newest);
 
+  uint32_t version() const { return version_; }
   /// The content of the next section, which must be of that kind; valid until the next call.
   std::string_view Read(const SectionKind& kind);
   /// Throws Error unless the file ends here.
@@ -64,6 +67,7 @@ class SectionReader {
   void ReadExactly(std::string* bytes, size_t offset, size_t count);
 
   std::ifstream stream_;
+  uint32_t version_ = 0;
   uint64_t size_ = 0, position_ = 0, content_bytes_ = 0;
   std::map<std::string, SectionTally> tallies_;
   std::string stored_, content_;

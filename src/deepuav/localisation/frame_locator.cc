@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "deepuav/base/options.h"
+#include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
 namespace {
@@ -66,6 +67,7 @@ void LocatorOptions::Check() const {
   CheckOption(reference_tries >= 1, "tracking.reference_tries", reference_tries, "at least 1");
   CheckOption(local_rounds >= 1, "tracking.local_rounds", local_rounds, "at least 1");
   CheckOption(min_round_growth >= 1, "tracking.min_round_growth", min_round_growth, "at least 1");
+  patches.Check();
   visibility.Check();
   projection.Check();
   absolute_pose.Check();
@@ -97,7 +99,39 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
     if (reason) *reason = fmt::format("only {} landmarks agree on the pose", located.seen.size());
     return std::nullopt;
   }
+  if (options_.patches.enabled) Sharpen(frame, local_map, &located);
   return located;
+}
+
+void FrameLocator::Sharpen(const Frame& frame, const LocalMap& local_map,
+                           LocatedFrame* located) const {
+  if (!frame.image) return;
+  const StageScope stage(stages_, "align patches");
+  SeenList measured = located->seen;
+  for (LocatedFrame::Seen& seen : measured)
+    seen.measured = MeasureByPatch(frame, local_map, located->cam_from_world, seen);
+  CoarsePose sharp = OptimiseOn(frame, local_map, measured, located->cam_from_world);
+  if (static_cast<int>(sharp.seen.size()) < options_.min_inliers) return;
+  located->cam_from_world = sharp.cam_from_world;
+  located->seen = std::move(sharp.seen);
+}
+
+std::optional<PixelMeasurement> FrameLocator::MeasureByPatch(const Frame& frame,
+                                                             const LocalMap& local_map,
+                                                             const SE3& cam_from_world,
+                                                             const LocatedFrame::Seen& seen) const {
+  const LocalLandmark& landmark = local_map.landmarks[static_cast<size_t>(seen.landmark)];
+  if (landmark.reference < 0) return std::nullopt;
+  const LocalKeyframe& reference = local_map.keyframes[static_cast<size_t>(landmark.reference)];
+  const SurfacePatch patch{landmark.reference_measured.px.cast<double>(),
+                           reference.cam_from_world * landmark.position_world,
+                           reference.cam_from_world.rotation() * landmark.mean_view_direction};
+  const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
+  auto measured = MeasurePatch(
+      *reference.image, patch, cam_from_world * reference.cam_from_world.Inverse(), *frame.image,
+      {keypoint.image_px.cast<double>(), keypoint.px.cast<double>()}, camera_, options_.patches);
+  if (measured) measured->noise = measured->noise + landmark.reference_measured.noise;
+  return measured;
 }
 
 bool FrameLocator::IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const {
@@ -225,8 +259,11 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
   observations.reserve(seen.size());
   for (const LocatedFrame::Seen& s : seen) {
     const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(s.keypoint)];
+    const PixelMeasurement measured =
+        s.measured.value_or(PixelMeasurement{keypoint.px, keypoint.sigma_px});
     observations.push_back({local_map.landmarks[static_cast<size_t>(s.landmark)].position_world,
-                            keypoint.px.cast<double>(), keypoint.sigma_px});
+                            measured.px.cast<double>(),
+                            measured.NoiseWith(local_map.model_sigma_px)});
   }
   return observations;
 }

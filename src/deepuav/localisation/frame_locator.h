@@ -12,6 +12,7 @@
 #include "deepuav/map/visibility.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/matching/projection.h"
+#include "deepuav/patches/patch_alignment.h"
 
 namespace deepuav {
 
@@ -29,6 +30,7 @@ struct LocatorOptions {
   int local_rounds =
       3;  ///< Times at most that the local map is matched, each from a better pose...
   double min_round_growth = 1.1;  ///< ...as long as so many times more is seen.
+  PatchOptions patches;
   VisibilityOptions visibility;
   ProjectionOptions projection;
   AbsolutePoseOptions absolute_pose;
@@ -62,7 +64,8 @@ struct LocatorOptions {
 struct LocatedFrame {
   struct Seen {
     int keypoint = 0;
-    int landmark = 0;  ///< Index into LocalMap::landmarks.
+    int landmark = 0;                               ///< Index into LocalMap::landmarks.
+    std::optional<PixelMeasurement> measured = {};  ///< Nothing: at the key point.
   };
   SE3 cam_from_world;
   std::vector<Seen> seen;    ///< Inliers, by key point.
@@ -117,6 +120,11 @@ class FrameLocator {
                                              const LocalMap& local_map,
                                              const LocationPrior& prior) const;
   /// Whether a frame shows so little beside its neighbour that its matches may be chance.
+  /// Measures what the frame sees by patches, and the pose with it.
+  void Sharpen(const Frame& frame, const LocalMap& local_map, LocatedFrame* located) const;
+  std::optional<PixelMeasurement> MeasureByPatch(const Frame& frame, const LocalMap& local_map,
+                                                 const SE3& cam_from_world,
+                                                 const LocatedFrame::Seen& seen) const;
   bool IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const;
   std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
                                            const LocationPrior& prior);

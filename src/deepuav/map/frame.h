@@ -5,16 +5,17 @@
 #include "deepuav/base/ids.h"
 #include "deepuav/base/time.h"
 #include "deepuav/features/features.h"
-#include "deepuav/image/image.h"
+#include "deepuav/image/pyramid.h"
 
 namespace deepuav {
 
-/// One image as the rest of the system sees it. Const after extraction; copies share the features.
+/// One image as the rest of the system sees it. Const after extraction; copies share features and
+/// image.
 struct Frame {
   FrameId id;
   Timestamp time;
   std::shared_ptr<const Features> features;
-  GreyImage image = {};  ///< Shared; empty once it is in the map.
+  std::shared_ptr<const ImagePyramid> image = {};  ///< Null: not kept, as of older map files.
 };
 
 }  // namespace deepuav

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "deepuav/base/ids.h"
+#include "deepuav/geometry/pixel_measurement.h"
 
 namespace deepuav {
 
@@ -11,6 +12,7 @@ namespace deepuav {
 struct Observation {
   KeyframeId keyframe;
   int keypoint = 0;
+  PixelMeasurement measured = {};  ///< The key point's position, or a better one.
 };
 
 /// A point of the map.

@@ -105,9 +105,27 @@ LocalLandmark CopyLandmark(const Landmark& landmark) {
           static_cast<int>(landmark.observations.size())};
 }
 
+int IndexOf(const std::vector<KeyframeId>& rising, KeyframeId id) {
+  const auto place = std::lower_bound(rising.begin(), rising.end(), id);
+  return place != rising.end() && *place == id ? static_cast<int>(place - rising.begin()) : -1;
+}
+
+/// Of those in the local map, the observation to look for from its centre.
+void ChooseReference(const Map& map, const Landmark& landmark,
+                     const std::vector<KeyframeId>& keyframes, const Eigen::Vector3d& centre_world,
+                     const ReferenceViewOptions& options, LocalLandmark* local) {
+  const Observation* reference = ReferenceObservation(
+      map, landmark, centre_world,
+      [&](const Observation& observation) { return IndexOf(keyframes, observation.keyframe) >= 0; },
+      options);
+  if (!reference) return;
+  local->reference = IndexOf(keyframes, reference->keyframe);
+  local->reference_measured = reference->measured;
+}
+
 LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const LandmarkOrder& landmarks) {
-  LocalKeyframe copy{
-      keyframe.id, keyframe.cam_from_world, keyframe.scale, keyframe.frame.features, {}};
+  LocalKeyframe copy{keyframe.id, keyframe.cam_from_world, keyframe.scale, keyframe.frame.features,
+                     {},          keyframe.frame.image};
   copy.landmarks.assign(keyframe.landmarks.size(), -1);
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (keyframe.landmarks[i].valid()) copy.landmarks[i] = landmarks.IndexOf(keyframe.landmarks[i]);
@@ -125,6 +143,7 @@ void LocalMapOptions::Check() const {
               "at least 100");
   CheckOption(max_heading_difference_deg > 0, "mapping.local_map.max_heading_difference_deg",
               max_heading_difference_deg, "above 0");
+  reference.Check();
 }
 
 std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
@@ -140,10 +159,14 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
   local->descriptors = Descriptors(map.At(centre).features().descriptors.dimension());
   local->descriptors.Reserve(static_cast<int>(landmarks.ids().size()));
   local->landmarks.reserve(landmarks.ids().size());
+  local->model_sigma_px = map.model_sigma_px();
+  const Eigen::Vector3d centre_world = map.At(centre).cam_from_world.InverseTranslation();
   DescriptorChoice choice(map, centre, options.max_heading_difference_deg * M_PI / 180);
   for (LandmarkId id : landmarks.ids()) {
     const Landmark& landmark = map.At(id);
     local->landmarks.push_back(CopyLandmark(landmark));
+    ChooseReference(map, landmark, keyframes, centre_world, options.reference,
+                    &local->landmarks.back());
     const Observation described = choice.Of(landmark);
     local->descriptors.AppendFrom(map.At(described.keyframe).features().descriptors,
                                   described.keypoint);

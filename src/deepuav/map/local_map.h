@@ -6,6 +6,7 @@
 
 #include "deepuav/features/descriptors.h"
 #include "deepuav/map/map.h"
+#include "deepuav/map/reference_view.h"
 
 namespace deepuav {
 
@@ -16,6 +17,8 @@ struct LocalLandmark {
   Eigen::Vector3d mean_view_direction;
   double min_distance = 0, max_distance = 0;
   int observation_count = 0;
+  int reference = -1;  ///< Index into LocalMap::keyframes: whose image shows the patch to look for.
+  PixelMeasurement reference_measured = {};  ///< Where.
 };
 
 /// A keyframe as the Tracker needs it.
@@ -25,6 +28,7 @@ struct LocalKeyframe {
   double scale = 1;  ///< As Keyframe::scale.
   std::shared_ptr<const Features> features;
   std::vector<int> landmarks;  ///< Per key point an index into LocalMap::landmarks, or -1.
+  std::shared_ptr<const ImagePyramid> image = {};  ///< May be null.
 };
 
 /// The surroundings of one keyframe, by value: what the Mapper publishes and the Tracker works on.
@@ -35,6 +39,7 @@ struct LocalMap {
   std::vector<LocalKeyframe> keyframes;  ///< By id.
   std::vector<LocalLandmark> landmarks;  ///< By id.
   Descriptors descriptors;               ///< One row a landmark.
+  double model_sigma_px = 0;             ///< As Map::model_sigma_px.
 };
 
 struct LocalMapOptions {
@@ -42,6 +47,7 @@ struct LocalMapOptions {
   int min_shared_landmarks = 15;
   int max_landmarks = 6000;
   double max_heading_difference_deg = 30;
+  ReferenceViewOptions reference = {};
 
   void Check() const;
   template <typename Visitor>

@@ -1,6 +1,7 @@
 #include "deepuav/map/map.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 
 namespace deepuav {
@@ -22,7 +23,6 @@ void Map::AddKeyframe(KeyframeId id, const Frame& frame, const SE3& cam_from_wor
   Keyframe& keyframe = keyframes_.Insert(id, Keyframe{});
   keyframe.id = id;
   keyframe.frame = frame;
-  keyframe.frame.image.release();
   keyframe.cam_from_world = cam_from_world;
   keyframe.landmarks.resize(static_cast<size_t>(frame.features->size()));
   if (!root_.valid()) root_ = id;
@@ -105,7 +105,7 @@ void Map::MergeLandmark(LandmarkId from, LandmarkId into) {
   const Landmark merged = landmarks_.At(from);
   RemoveLandmark(from);
   for (const Observation& observation : merged.observations) {
-    AddObservation(observation.keyframe, observation.keypoint, into);
+    AddObservation(observation.keyframe, observation.keypoint, into, observation.measured);
   }
   CountViews(into, merged.visible, merged.found);
   merged_into_[from] = into;
@@ -118,7 +118,8 @@ std::optional<LandmarkId> Map::Current(LandmarkId id) const {
   return id;
 }
 
-bool Map::AddObservation(KeyframeId keyframe_id, int keypoint, LandmarkId landmark_id) {
+bool Map::AddObservation(KeyframeId keyframe_id, int keypoint, LandmarkId landmark_id,
+                         const std::optional<PixelMeasurement>& measured) {
   Keyframe& keyframe = keyframes_.At(keyframe_id);
   Landmark& landmark = landmarks_.At(landmark_id);
   LandmarkId& slot = keyframe.landmarks[static_cast<size_t>(keypoint)];
@@ -126,10 +127,23 @@ bool Map::AddObservation(KeyframeId keyframe_id, int keypoint, LandmarkId landma
   const bool seen = place != landmark.observations.end() && place->keyframe == keyframe_id;
   if (slot.valid() || seen) return false;
   ShiftCovisibility(landmark, keyframe_id, +1);
-  landmark.observations.insert(place, {keyframe_id, keypoint});
-  if (!landmark.representative.keyframe.valid()) landmark.representative = {keyframe_id, keypoint};
+  const Keypoint& detected = keyframe.features().keypoints[static_cast<size_t>(keypoint)];
+  const Observation added{keyframe_id, keypoint,
+                          measured.value_or(PixelMeasurement{detected.px, detected.sigma_px})};
+  landmark.observations.insert(place, added);
+  if (!landmark.representative.keyframe.valid()) landmark.representative = added;
   slot = landmark_id;
   return true;
+}
+
+void Map::SetMeasurement(KeyframeId keyframe, LandmarkId landmark,
+                         const PixelMeasurement& measured) {
+  std::vector<Observation>& observations = landmarks_.At(landmark).observations;
+  const auto place =
+      std::lower_bound(observations.begin(), observations.end(), keyframe,
+                       [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
+  assert(place != observations.end() && place->keyframe == keyframe);
+  place->measured = measured;
 }
 
 void Map::RemoveObservation(KeyframeId keyframe_id, LandmarkId landmark_id) {

@@ -67,9 +67,12 @@ class Map {
   /// The landmark that stands for `id` now; nothing if it was removed.
   std::optional<LandmarkId> Current(LandmarkId id) const;
 
-  /// Does nothing and returns false when the keyframe has the landmark already, or the key point
-  /// another.
-  bool AddObservation(KeyframeId keyframe, int keypoint, LandmarkId landmark);
+  /// `measured`: where the keyframe shows the landmark; nothing: at the key point. Does nothing and
+  /// returns false when the keyframe has the landmark already, or the key point another.
+  bool AddObservation(KeyframeId keyframe, int keypoint, LandmarkId landmark,
+                      const std::optional<PixelMeasurement>& measured = std::nullopt);
+  /// Of a landmark that the keyframe sees.
+  void SetMeasurement(KeyframeId keyframe, LandmarkId landmark, const PixelMeasurement& measured);
   /// A landmark that keeps fewer than two observations is removed.
   void RemoveObservation(KeyframeId keyframe, LandmarkId landmark);
 
@@ -106,6 +109,11 @@ class Map {
 
   double MedianDepth(KeyframeId id) const;
 
+  /// What the measurements err by beyond their own noise, as by calibration and shutter: standard
+  /// deviation per axis.
+  double model_sigma_px() const { return model_sigma_px_; }
+  void SetModelSigma(double sigma_px) { model_sigma_px_ = sigma_px; }
+
  private:
   void RestoreLandmark(Landmark landmark);
   void RestoreCovisibility();
@@ -115,6 +123,7 @@ class Map {
   void SetParent(KeyframeId id, KeyframeId parent);
 
   MapId id_;
+  double model_sigma_px_ = 0;
   KeyframeId root_;
   IdStore<KeyframeId, Keyframe> keyframes_;
   IdStore<LandmarkId, Landmark> landmarks_;

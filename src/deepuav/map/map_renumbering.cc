@@ -16,7 +16,7 @@ struct IdShift {
     return id.valid() ? LandmarkId{id.value + landmarks} : id;
   }
   Observation operator()(const Observation& observation) const {
-    return {(*this)(observation.keyframe), observation.keypoint};
+    return {(*this)(observation.keyframe), observation.keypoint, observation.measured};
   }
 };
 

@@ -173,7 +173,12 @@ void CheckLandmark(const Landmark& landmark) {
 Map Map::Restore(MapState state) {
   CheckKeyframes(state.keyframes);
   CheckRisingIds(state.landmarks, "landmark");
+  if (!(state.model_sigma_px >= 0) || !std::isfinite(state.model_sigma_px)) {
+    throw Error("the map's model noise is {} px: expected a finite one of at least 0",
+                state.model_sigma_px);
+  }
   Map map(state.id);
+  map.model_sigma_px_ = state.model_sigma_px;
   for (Keyframe& keyframe : state.keyframes) {
     keyframe.landmarks.assign(static_cast<size_t>(keyframe.features().size()), LandmarkId{});
     keyframe.covisible.clear();
@@ -212,6 +217,10 @@ void Map::RestoreLandmark(Landmark landmark) {
           "landmark {} is observed at key point {} of keyframe {}: expected one free, by rising "
           "keyframe",
           landmark.id.value, observation.keypoint, observation.keyframe.value);
+    }
+    if (!observation.measured.px.allFinite() || !observation.measured.noise.usable()) {
+      throw Error("landmark {} has no place in keyframe {}: expected a finite one with a noise",
+                  landmark.id.value, observation.keyframe.value);
     }
     keyframe->landmarks[keypoint] = landmark.id;
     last = observation.keyframe;

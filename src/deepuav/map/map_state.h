@@ -12,6 +12,7 @@ namespace deepuav {
 /// landmarks, covisible keyframes and children.
 struct MapState {
   MapId id;
+  double model_sigma_px = 0;
   std::vector<Keyframe> keyframes;  ///< By id.
   std::vector<Landmark> landmarks;  ///< By id.
   std::map<KeyframeId, CulledKeyframe> culled;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "deepuav/geometry/pixel_measurement.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/map/keyframe.h"
@@ -12,6 +14,7 @@ namespace deepuav {
 struct LandmarkMatch {
   int keypoint = 0;
   LandmarkId landmark;
+  std::optional<PixelMeasurement> measured = {};  ///< Nothing: at the key point.
 };
 
 /// How often a landmark was predicted into a frame, and matched there, since the last request.

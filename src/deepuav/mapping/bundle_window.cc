@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "deepuav/estimation/reprojection.h"
+
 namespace deepuav {
 namespace {
 
@@ -41,11 +43,9 @@ BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& fre
     for (const Observation& o : landmark.observations) {
       const auto camera =
           std::lower_bound(window.keyframes.begin(), window.keyframes.end(), o.keyframe);
-      const Keypoint& keypoint =
-          map.At(o.keyframe).features().keypoints[static_cast<size_t>(o.keypoint)];
       window.problem.observations.push_back({static_cast<int>(camera - window.keyframes.begin()),
-                                             static_cast<int>(l), keypoint.px.cast<double>(),
-                                             keypoint.sigma_px});
+                                             static_cast<int>(l), o.measured.px.cast<double>(),
+                                             o.measured.NoiseWith(map.model_sigma_px())});
     }
   }
   return window;
@@ -92,7 +92,40 @@ BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole*
   return report;
 }
 
+/// Seen from two views a landmark hides most of their errors.
+constexpr size_t kMinObservationsToJudge = 3;
+
+std::vector<AdjustedResidual> ResidualsOf(const Map& map, const Landmark& landmark,
+                                          const Pinhole& pinhole) {
+  std::vector<AdjustedResidual> residuals;
+  const double redundancy = 1 - 1.5 / static_cast<double>(landmark.observations.size());
+  for (const Observation& o : landmark.observations) {
+    const Eigen::Vector3d point = map.At(o.keyframe).cam_from_world * landmark.position_world;
+    if (!o.measured.by_patch || !InFrontOfCamera(point)) continue;
+    residuals.push_back(
+        {pinhole.Project(point) - o.measured.px.cast<double>(), o.measured.noise, redundancy});
+  }
+  return residuals;
+}
+
 }  // namespace
+
+void UpdateModelSigma(Map* map, const std::vector<KeyframeId>& keyframes, const Pinhole& pinhole,
+                      const ModelNoiseOptions& options) {
+  std::vector<AdjustedResidual> residuals;
+  for (LandmarkId id : LandmarksSeenBy(*map, keyframes)) {
+    const Landmark& landmark = map->At(id);
+    if (landmark.observations.size() < kMinObservationsToJudge) continue;
+    for (const AdjustedResidual& residual : ResidualsOf(*map, landmark, pinhole))
+      residuals.push_back(residual);
+  }
+  if (static_cast<int>(residuals.size()) < options.min_residuals) return;
+  std::vector<AdjustedResidual> some;
+  const size_t step = residuals.size() / static_cast<size_t>(options.max_residuals) + 1;
+  for (size_t i = 0; i < residuals.size(); i += step) some.push_back(residuals[i]);
+  const double known = map->model_sigma_px();
+  map->SetModelSigma(known + options.weight * (EstimateModelSigma(some, options) - known));
+}
 
 BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
                           const BundleOptions& options, const std::function<bool()>& stop) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/model_noise.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {
@@ -31,5 +32,10 @@ BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const P
 /// The same for all keyframes of a map; where the options ask for it, `pinhole` is refined too.
 BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
                        const std::function<bool()>& stop = nullptr);
+
+/// Renews what the map knows of errors beyond those of the measurements, from all observations of
+/// what these keyframes see, after an adjustment.
+void UpdateModelSigma(Map* map, const std::vector<KeyframeId>& keyframes, const Pinhole& pinhole,
+                      const ModelNoiseOptions& options);
 
 }  // namespace deepuav

@@ -18,16 +18,16 @@ void MoveKeyframes(const std::vector<KeyframeMove>& moves, Map* map) {
   for (LandmarkId id : landmarks) map->UpdateViewRange(id);
 }
 
-void FuseTie(const LoopTie& tie, Map* map) {
+void FuseTie(const LoopTie& tie, const PatchObserver& observer, Map* map) {
   map->AddLoop(tie.keyframe, tie.place);
   for (const LandmarkMatch& match : tie.seen) {
     const auto there = map->Current(match.landmark);
     if (!there) continue;
     const LandmarkId here = map->At(tie.keyframe).landmarks[static_cast<size_t>(match.keypoint)];
     if (here.valid()) {
-      map->MergeLandmark(here, *there);
+      observer.Merge(map, here, *there);
     } else {
-      map->AddObservation(tie.keyframe, match.keypoint, *there);
+      observer.AddObservation(map, tie.keyframe, match.keypoint, *there);
     }
     map->UpdateAppearance(*there);
   }

@@ -9,6 +9,8 @@
 namespace deepuav {
 namespace {
 
+const PatchObserver kKeyPointsOnly(Camera{}, PatchOptions{.enabled = false}, {});
+
 /// Of landmarks that several of the map stand for, by what its observations show.
 int Duplicates(const SyntheticVisits& made, const Map& map) {
   std::map<int, std::set<LandmarkId>> by_landmark;
@@ -94,7 +96,7 @@ TEST_F(CorrectionTest, FusingATieGivesTheKeyframeThePlacesLandmarks) {
   tie.seen.push_back({tie.seen[5].keypoint, {999'999}});
   map.RemoveKeyframe(first_.keyframes[4]);
   const int before = Duplicates(made_, map);
-  FuseTie(tie, &map);
+  FuseTie(tie, kKeyPointsOnly, &map);
   ASSERT_NO_FATAL_FAILURE(CheckConsistent(map));
   EXPECT_EQ(map.At(keyframe).loops, std::set<KeyframeId>{place});
   int fused_count = 0;
@@ -112,7 +114,7 @@ TEST_F(CorrectionTest, FusingATieGivesTheKeyframeThePlacesLandmarks) {
   EXPECT_GT(map.At(keyframe).covisible.at(place), 100);
 
   const int landmarks = map.LandmarkCount();
-  FuseTie(tie, &map);  // Here and there are one now.
+  FuseTie(tie, kKeyPointsOnly, &map);  // Here and there are one now.
   ASSERT_NO_FATAL_FAILURE(CheckConsistent(map));
   EXPECT_EQ(map.LandmarkCount(), landmarks);
 }

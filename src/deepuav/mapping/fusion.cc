@@ -26,7 +26,8 @@ std::vector<KeyframeId> NeighboursAndTheirs(const Map& map, KeyframeId id,
 
 /// Looks for `landmarks` in the keyframe; adds those that gained observations to `changed`.
 void FuseInto(Map* map, KeyframeId id, const std::vector<LandmarkId>& landmarks,
-              const Camera& camera, const FusionOptions& options, std::set<LandmarkId>* changed) {
+              const Camera& camera, const FusionOptions& options, const PatchObserver& observer,
+              std::set<LandmarkId>* changed) {
   const Keyframe& keyframe = map->At(id);
   std::vector<ProjectionTarget> targets;
   std::vector<LandmarkId> sought;
@@ -48,13 +49,13 @@ void FuseInto(Map* map, KeyframeId id, const std::vector<LandmarkId>& landmarks,
     const LandmarkId wanted = sought[static_cast<size_t>(match.a)];
     const LandmarkId there = keyframe.landmarks[static_cast<size_t>(match.b)];
     if (!there.valid()) {
-      map->AddObservation(id, match.b, wanted);
+      observer.AddObservation(map, id, match.b, wanted);
       changed->insert(wanted);
       continue;
     }
     const bool keep_there =
         map->At(there).observations.size() >= map->At(wanted).observations.size();
-    map->MergeLandmark(keep_there ? wanted : there, keep_there ? there : wanted);
+    observer.Merge(map, keep_there ? wanted : there, keep_there ? there : wanted);
     changed->insert(keep_there ? there : wanted);
   }
 }
@@ -78,17 +79,18 @@ void FusionOptions::Check() const {
   projection.Check();
 }
 
-void FuseDuplicates(Map* map, KeyframeId id, const Camera& camera, const FusionOptions& options) {
+void FuseDuplicates(Map* map, KeyframeId id, const Camera& camera, const FusionOptions& options,
+                    const PatchObserver& observer) {
   const std::vector<KeyframeId> neighbours = NeighboursAndTheirs(*map, id, options);
   std::set<LandmarkId> changed;
   for (KeyframeId neighbour : neighbours) {
-    FuseInto(map, neighbour, ValidLandmarks(map->At(id)), camera, options, &changed);
+    FuseInto(map, neighbour, ValidLandmarks(map->At(id)), camera, options, observer, &changed);
   }
   std::set<LandmarkId> around;
   for (KeyframeId neighbour : neighbours) {
     for (LandmarkId landmark : ValidLandmarks(map->At(neighbour))) around.insert(landmark);
   }
-  FuseInto(map, id, {around.begin(), around.end()}, camera, options, &changed);
+  FuseInto(map, id, {around.begin(), around.end()}, camera, options, observer, &changed);
   for (LandmarkId landmark : changed) {
     if (map->Contains(landmark)) map->UpdateAppearance(landmark);
   }

@@ -3,6 +3,7 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/map.h"
 #include "deepuav/map/visibility.h"
+#include "deepuav/mapping/patch_observation.h"
 #include "deepuav/matching/projection.h"
 
 namespace deepuav {
@@ -28,6 +29,6 @@ struct FusionOptions {
 /// missing observations and merges landmarks that turn out to be one (Mur-Artal 2015, section
 /// VI-C).
 void FuseDuplicates(Map* map, KeyframeId keyframe, const Camera& camera,
-                    const FusionOptions& options);
+                    const FusionOptions& options, const PatchObserver& observer);
 
 }  // namespace deepuav

@@ -11,6 +11,8 @@
 namespace deepuav {
 namespace {
 
+const PatchObserver kKeyPointsOnly(Camera{}, PatchOptions{.enabled = false}, {});
+
 SE3 At(const Eigen::Vector3d& centre) { return SE3(Eigen::Quaterniond::Identity(), -centre); }
 
 class FuseDuplicatesTest : public testing::Test {
@@ -89,7 +91,7 @@ TEST_F(FuseDuplicatesTest, MergesLandmarksThatAreOne) {
   const int split = SplitSome();
   ASSERT_GT(split, 30);
   EXPECT_EQ(Duplicates(), split);
-  FuseDuplicates(&made_.map, made_.keyframes.back(), world_.camera(), {});
+  FuseDuplicates(&made_.map, made_.keyframes.back(), world_.camera(), {}, kKeyPointsOnly);
   EXPECT_LE(Duplicates(), split / 20);
   EXPECT_NEAR(made_.map.LandmarkCount(), before, split / 20);
   EXPECT_GE(Observations(), observations - split / 10);
@@ -109,21 +111,21 @@ TEST_F(FuseDuplicatesTest, AddsObservationsThatWereMissing) {
   }
   ASSERT_GT(removed, 40);
   ASSERT_EQ(Observations(), all - removed);
-  FuseDuplicates(&made_.map, newest.id, world_.camera(), {});
+  FuseDuplicates(&made_.map, newest.id, world_.camera(), {}, kKeyPointsOnly);
   EXPECT_GT(Observations(), all - removed / 20);
   EXPECT_EQ(WrongObservations(), 0);
 }
 
 TEST_F(FuseDuplicatesTest, ChangesNothingWhereAllIsKnown) {
   const int landmarks = made_.map.LandmarkCount(), observations = Observations();
-  FuseDuplicates(&made_.map, made_.keyframes[2], world_.camera(), {});
+  FuseDuplicates(&made_.map, made_.keyframes[2], world_.camera(), {}, kKeyPointsOnly);
   EXPECT_EQ(made_.map.LandmarkCount(), landmarks);
   EXPECT_EQ(Observations(), observations);
 }
 
 TEST_F(FuseDuplicatesTest, RenewsTheViewRangeOfWhatItChanged) {
   SplitSome();
-  FuseDuplicates(&made_.map, made_.keyframes.back(), world_.camera(), {});
+  FuseDuplicates(&made_.map, made_.keyframes.back(), world_.camera(), {}, kKeyPointsOnly);
   Random random(3);
   made_.map.landmarks().ForEach([&](const Landmark& landmark) {
     double least = 1e9, most = 0;

@@ -19,23 +19,23 @@ std::vector<int> KeypointsWithoutLandmark(const Keyframe& keyframe) {
 }
 
 bool ReprojectsWell(const Pinhole& pinhole, const SE3& cam_from_world, const Eigen::Vector3d& point,
-                    const Keypoint& keypoint, double max_chi_square) {
+                    const PixelMeasurement& measured, double max_chi_square) {
   const Eigen::Vector3d point_cam = cam_from_world * point;
   if (point_cam.z() <= 0) return false;
-  const Eigen::Vector2d error_px = pinhole.Project(point_cam) - keypoint.px.cast<double>();
-  return error_px.squaredNorm() <= max_chi_square * keypoint.sigma_px * keypoint.sigma_px;
+  const Eigen::Vector2d error_px = pinhole.Project(point_cam) - measured.px.cast<double>();
+  return (Whitening(measured.noise) * error_px).squaredNorm() <= max_chi_square;
 }
 
-std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& keypoint_a,
-                                           const Keyframe& b, const Keypoint& keypoint_b,
+std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const PixelMeasurement& measured_a,
+                                           const Keyframe& b, const PixelMeasurement& measured_b,
                                            const Pinhole& pinhole, const CreationOptions& options) {
   const auto point =
-      TriangulatePoint(a.cam_from_world, pinhole.Unproject(keypoint_a.px.cast<double>()),
-                       b.cam_from_world, pinhole.Unproject(keypoint_b.px.cast<double>()));
+      TriangulatePoint(a.cam_from_world, pinhole.Unproject(measured_a.px.cast<double>()),
+                       b.cam_from_world, pinhole.Unproject(measured_b.px.cast<double>()));
   if (!point || !point->allFinite()) return std::nullopt;
-  if (!ReprojectsWell(pinhole, a.cam_from_world, *point, keypoint_a, options.max_chi_square))
+  if (!ReprojectsWell(pinhole, a.cam_from_world, *point, measured_a, options.max_chi_square))
     return std::nullopt;
-  if (!ReprojectsWell(pinhole, b.cam_from_world, *point, keypoint_b, options.max_chi_square))
+  if (!ReprojectsWell(pinhole, b.cam_from_world, *point, measured_b, options.max_chi_square))
     return std::nullopt;
   const Eigen::Vector3d centre_a = a.cam_from_world.InverseTranslation();
   const Eigen::Vector3d centre_b = b.cam_from_world.InverseTranslation();
@@ -44,6 +44,43 @@ std::optional<Eigen::Vector3d> Triangulate(const Keyframe& a, const Keypoint& ke
   const double ratio = (*point - centre_a).norm() / (*point - centre_b).norm();
   if (std::max(ratio, 1 / ratio) > options.max_distance_ratio) return std::nullopt;
   return point;
+}
+
+/// A landmark to be, and where its two views show it.
+struct NewLandmark {
+  Eigen::Vector3d position_world;
+  PixelMeasurement measured_a, measured_b;
+};
+
+PixelMeasurement InAll(PixelMeasurement measured, double model_sigma_px) {
+  measured.noise = measured.NoiseWith(model_sigma_px);
+  return measured;
+}
+
+/// From what the detector says of the two views, then from b's patch found in a.
+std::optional<NewLandmark> Propose(const Keyframe& a, const Keyframe& b, const Match& match,
+                                   const Pinhole& pinhole, double model_sigma_px,
+                                   const CreationOptions& options, const PatchObserver& observer) {
+  const Keypoint& keypoint_a = a.features().keypoints[static_cast<size_t>(match.a)];
+  const Keypoint& keypoint_b = b.features().keypoints[static_cast<size_t>(match.b)];
+  NewLandmark proposed{Eigen::Vector3d::Zero(),
+                       {keypoint_a.px, keypoint_a.sigma_px},
+                       {keypoint_b.px, keypoint_b.sigma_px}};
+  const auto triangulate = [&] {
+    return Triangulate(a, InAll(proposed.measured_a, model_sigma_px), b,
+                       InAll(proposed.measured_b, model_sigma_px), pinhole, options);
+  };
+  const auto detected = triangulate();
+  if (!detected) return std::nullopt;
+  proposed.position_world = *detected;
+  if (const auto middle = observer.ReferenceMeasurement(b, match.b)) proposed.measured_b = *middle;
+  const auto measured = observer.MeasurePair(b, match.b, *detected, a, match.a);
+  if (!measured) return proposed;
+  proposed.measured_a = *measured;
+  const auto sharp = triangulate();
+  if (!sharp) return std::nullopt;
+  proposed.position_world = *sharp;
+  return proposed;
 }
 
 /// Of those that neither view has a landmark for yet, what `learned` finds near the epipolar lines.
@@ -89,7 +126,7 @@ void CreationOptions::Check() const {
 
 std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& pinhole,
                                         IdSource* ids, const CreationOptions& options,
-                                        Matcher* learned) {
+                                        const PatchObserver& observer, Matcher* learned) {
   std::vector<LandmarkId> created;
   const Keyframe& keyframe = map->At(id);
   int learned_left = learned ? options.learned_neighbours : 0;
@@ -98,14 +135,13 @@ std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId id, const Pinhole& 
     if (BaselineIsTooShort(*map, keyframe, neighbour, options.min_baseline_ratio)) continue;
     const auto create = [&](const std::vector<Match>& matches) {
       for (const Match& match : matches) {
-        const auto point = Triangulate(
-            keyframe, keyframe.features().keypoints[static_cast<size_t>(match.a)], neighbour,
-            neighbour.features().keypoints[static_cast<size_t>(match.b)], pinhole, options);
-        if (!point) continue;
+        const auto proposed =
+            Propose(keyframe, neighbour, match, pinhole, map->model_sigma_px(), options, observer);
+        if (!proposed) continue;
         created.push_back(ids->NextLandmark());
-        map->AddLandmark(created.back(), *point, id);
-        map->AddObservation(id, match.a, created.back());
-        map->AddObservation(neighbour_id, match.b, created.back());
+        map->AddLandmark(created.back(), proposed->position_world, id);
+        map->AddObservation(id, match.a, created.back(), proposed->measured_a);
+        map->AddObservation(neighbour_id, match.b, created.back(), proposed->measured_b);
         map->UpdateAppearance(created.back());
       }
     };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "deepuav/map/map.h"
+#include "deepuav/mapping/patch_observation.h"
 #include "deepuav/matching/epipolar.h"
 
 namespace deepuav {
@@ -33,10 +34,11 @@ struct CreationOptions {
 
 /// Matches key points of the keyframe that show no landmark yet with those of its covisible
 /// keyframes, triangulates, and adds the landmarks that pass: parallax, in front of both cameras,
-/// reprojection error, similar distance. Returns them. Matches are nearest neighbours along the
-/// epipolar lines; before these the matches that `learned` (may be null) finds there.
+/// reprojection error in standard deviations, similar distance. Returns them. Matches are nearest
+/// neighbours along the epipolar lines; before these the matches that `learned` (may be null) finds
+/// there.
 std::vector<LandmarkId> CreateLandmarks(Map* map, KeyframeId keyframe, const Pinhole& pinhole,
                                         IdSource* ids, const CreationOptions& options,
-                                        Matcher* learned = nullptr);
+                                        const PatchObserver& observer, Matcher* learned = nullptr);
 
 }  // namespace deepuav

@@ -12,6 +12,8 @@
 namespace deepuav {
 namespace {
 
+const PatchObserver kKeyPointsOnly(Camera{}, PatchOptions{.enabled = false}, {});
+
 SE3 At(const Eigen::Vector3d& centre) { return SE3(Eigen::Quaterniond::Identity(), -centre); }
 
 FeatureWorld BoxWorld(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
@@ -37,7 +39,7 @@ class HalfMap {
 
   std::vector<LandmarkId> Create(const CreationOptions& options = {}, Matcher* learned = nullptr) {
     return CreateLandmarks(&made_.map, made_.keyframes.back(), world_.world().pinhole, &made_.ids,
-                           options, learned);
+                           options, kKeyPointsOnly, learned);
   }
   /// The landmark of the world that the key points show; -1 where they show different ones.
   int Shown(LandmarkId id) const {
@@ -237,7 +239,7 @@ std::vector<LandmarkId> CreateFromPixels(const Eigen::Vector2d& px_a, const Eige
   map.AddLandmark(shared, {0, 0, 10}, {1});
   map.AddObservation({0}, 1, shared);
   map.AddObservation({1}, 1, shared);
-  return CreateLandmarks(&map, {1}, pinhole, &ids, options);
+  return CreateLandmarks(&map, {1}, pinhole, &ids, options, kKeyPointsOnly);
 }
 
 TEST(CreateLandmarks, NotBehindTheCameras) {

@@ -20,6 +20,8 @@ void MappingOptions::Check() const {
               substitute_ratio, "0 to 1");
   CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers,
               "at least 1");
+  patches.Check();
+  model_noise.Check();
   local_map.Check();
   creation.Check();
   fusion.Check();
@@ -29,7 +31,12 @@ void MappingOptions::Check() const {
 
 Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas,
                StageListener* stages, Matcher* learned)
-    : camera_(camera), options_(options), atlas_(atlas), stages_(stages), learned_(learned) {
+    : camera_(camera),
+      options_(options),
+      atlas_(atlas),
+      stages_(stages),
+      learned_(learned),
+      observer_(camera, options.patches, options.local_map.reference) {
   options_.Check();
 }
 
@@ -52,6 +59,7 @@ void Mapper::Resume() {
 std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& request) {
   const StageScope stage(stages_, "start map");
   Map map(atlas_->NextMap());
+  map.SetModelSigma(options_.model_noise.initial_sigma_px);
   const KeyframeId first = atlas_->ids().NextKeyframe(), second = atlas_->ids().NextKeyframe();
   map.AddKeyframe(first, request.first, SE3());
   map.AddKeyframe(second, request.second, request.second_from_first);
@@ -63,6 +71,7 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
     map.UpdateAppearance(landmark);
   }
   map.ConnectToParent(second, first);
+  MeasureStart(request, first, second, &map);
   AdjustWindow(&map, {first, second}, camera_.pinhole, options_.global_bundle);
   const double depth = map.MedianDepth(first);
   const auto proposed = static_cast<double>(request.points.size());
@@ -73,6 +82,22 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
 }
 
+void Mapper::MeasureStart(const InitialMapRequest& request, KeyframeId first, KeyframeId second,
+                          Map* map) const {
+  for (const InitialMapRequest::Point& point : request.points) {
+    const LandmarkId landmark = map->At(first).landmarks[static_cast<size_t>(point.keypoint_first)];
+    if (!landmark.valid() ||
+        map->At(second).landmarks[static_cast<size_t>(point.keypoint_second)] != landmark)
+      continue;
+    const auto measured =
+        observer_.MeasurePair(map->At(first), point.keypoint_first, point.position_first,
+                              map->At(second), point.keypoint_second);
+    const auto middle = observer_.ReferenceMeasurement(map->At(first), point.keypoint_first);
+    if (middle) map->SetMeasurement(first, landmark, *middle);
+    if (measured) map->SetMeasurement(second, landmark, *measured);
+  }
+}
+
 std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& request) {
   Map& map = atlas_->At(request.map);
   const KeyframeId keyframe = AddKeyframe(request, &map);
@@ -80,12 +105,12 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
   {
     const StageScope stage(stages_, "create landmarks");
     const auto created = CreateLandmarks(&map, keyframe, camera_.pinhole, &atlas_->ids(),
-                                         options_.creation, learned_);
+                                         options_.creation, observer_, learned_);
     for (const LandmarkId landmark : created) young_[map.id()].push_back({landmark});
   }
   {
     const StageScope stage(stages_, "fuse");
-    FuseDuplicates(&map, keyframe, camera_, options_.fusion);
+    FuseDuplicates(&map, keyframe, camera_, options_.fusion, observer_);
   }
   AdjustLocally(keyframe, &map);
   CullKeyframes(keyframe, &map);
@@ -104,7 +129,7 @@ KeyframeId Mapper::AddKeyframe(const KeyframeRequest& request, Map* map) {
   for (const LandmarkMatch& match : request.matches) {
     const auto landmark = map->Current(match.landmark);
     if (!landmark) continue;
-    map->AddObservation(id, match.keypoint, *landmark);
+    map->AddObservation(id, match.keypoint, *landmark, match.measured);
     map->UpdateAppearance(*landmark);
   }
   map->ConnectToParent(id, map->Remaining(request.pose.keyframe));
@@ -150,6 +175,7 @@ void Mapper::AdjustLocally(KeyframeId newest, Map* map) {
   std::vector<KeyframeId> window = map->Covisible(newest, 1, options_.window_keyframes - 1);
   window.push_back(newest);
   AdjustWindow(map, window, camera_.pinhole, options_.local_bundle);
+  UpdateModelSigma(map, window, camera_.pinhole, options_.model_noise);
 }
 
 void Mapper::CullKeyframes(KeyframeId newest, Map* map) {
@@ -184,9 +210,9 @@ void Mapper::Apply(const MapCorrection& correction) {
     MoveKeyframes(correction.keyframes, &atlas_->At(correction.map));
   }
   Map& map = atlas_->At(correction.into);
-  for (const LoopTie& tie : correction.ties) FuseTie(tie, &map);
+  for (const LoopTie& tie : correction.ties) FuseTie(tie, observer_, &map);
   for (const LoopTie& tie : correction.ties) {
-    FuseDuplicates(&map, tie.keyframe, camera_, options_.fusion);
+    FuseDuplicates(&map, tie.keyframe, camera_, options_.fusion, observer_);
   }
   AdjustLocally(correction.ties.back().keyframe, &map);
 }
@@ -200,7 +226,9 @@ void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
   const StageScope stage(stages_, "global bundle adjustment");
   BundleOptions options = options_.global_bundle;
   options.refine_focal = refine_focal;
-  AdjustMap(&atlas_->At(map), pinhole, options, stop);
+  Map& adjusted = atlas_->At(map);
+  observer_.RemeasureAll(&adjusted);
+  AdjustMap(&adjusted, pinhole, options, stop);
 }
 
 }  // namespace deepuav

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "deepuav/base/stages.h"
+#include "deepuav/estimation/model_noise.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/map/local_map.h"
 #include "deepuav/map/map_correction.h"
@@ -14,6 +15,7 @@
 #include "deepuav/mapping/fusion.h"
 #include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
+#include "deepuav/mapping/patch_observation.h"
 
 namespace deepuav {
 
@@ -28,6 +30,8 @@ struct MappingOptions {
       0.9;  ///< Share of a keyframe's landmarks seen elsewhere that makes it redundant...
   int redundant_observers = 3;    ///< ...by this many other keyframes...
   double substitute_ratio = 0.6;  ///< ...if one of them alone sees this share of all.
+  PatchOptions patches;
+  ModelNoiseOptions model_noise;
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
@@ -84,8 +88,9 @@ class Mapper {
   /// A copy of the map to be adjusted beside the mapping.
   GlobalAdjustment PrepareAdjustment(MapId map) const;
 
-  /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
-  /// guess. `stop`, if given, is asked between the steps.
+  /// Adjusts all of a map together, after its landmarks' patches were compared once more, and the
+  /// focal length with it where `pinhole` is only a first guess. `stop`, if given, is asked between
+  /// the steps.
   void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
                       const std::function<bool()>& stop = nullptr);
 
@@ -95,6 +100,9 @@ class Mapper {
     int age_keyframes = 0;  ///< Of its map, after the one that created it.
   };
 
+  /// Where the second view of a new map shows what the first one does, by patches of the first.
+  void MeasureStart(const InitialMapRequest& request, KeyframeId first, KeyframeId second,
+                    Map* map) const;
   KeyframeId AddKeyframe(const KeyframeRequest& request, Map* map);
   void CullYoungLandmarks(Map* map);
   /// The young landmarks of a map and of those merged into it, in the order of their creation.
@@ -108,6 +116,7 @@ class Mapper {
   Atlas* atlas_;
   StageListener* stages_;
   Matcher* learned_;
+  const PatchObserver observer_;
   std::map<MapId, std::vector<YoungLandmark>> young_;  ///< By the map that they were created in.
 };
 

@@ -72,11 +72,11 @@ void BackEnd::CloseLoops() {
   if (!loop_closer_ || !newest_) return;
   const Newest newest = *std::exchange(newest_, std::nullopt);
   TurnedDescriptors turned;
-  const bool describe = turned_ && !newest.frame.image.empty() &&
+  const bool describe = turned_ && newest.frame.image &&
                         loop_closer_->HasDistantKeyframes(*atlas_, newest.map, newest.keyframe);
   if (describe) {
     const StageScope stage(stages_, "turned descriptors");
-    turned = turned_->Describe(newest.frame.image, *newest.frame.features);
+    turned = turned_->Describe(newest.frame.image->image(), *newest.frame.features);
   }
   const std::span<const Descriptors> headings(turned.data(), describe ? turned.size() : 0);
   const auto correction = loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);

@@ -9,7 +9,15 @@
 namespace deepuav {
 namespace {
 
+/// A patch is found at up to 2^(kPyramidLevels - 1) times the size of its reference, and half more.
+constexpr int kPyramidLevels = 3;
+
 constexpr double kStopInterval = 0.05;  ///< Seconds between two questions whether to stop.
+
+/// Null of an image that was not given.
+std::shared_ptr<const ImagePyramid> MakePyramid(const GreyImage& image) {
+  return image.empty() ? nullptr : std::make_shared<const ImagePyramid>(image, kPyramidLevels);
+}
 
 void WaitSeconds(double seconds) {
   std::mutex mutex;
@@ -30,7 +38,7 @@ std::optional<Frame> SequentialFeed::Next() {
   ExtractionTimes times;
   Frame frame{image->id, image->time,
               std::make_shared<const Features>(extractor_->Extract(image->image, &times)),
-              image->image};
+              MakePyramid(image->image)};
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
   return frame;

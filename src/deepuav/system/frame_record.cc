@@ -21,7 +21,8 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {
     const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(match.keypoint)];
-    record.seen.push_back({match.landmark, keypoint.px, keypoint.sigma_px});
+    record.seen.push_back({match.landmark, match.measured.value_or(
+                                               PixelMeasurement{keypoint.px, keypoint.sigma_px})});
   }
   return record;
 }

@@ -14,8 +14,7 @@ namespace deepuav {
 struct FrameRecord {
   struct Seen {
     LandmarkId landmark;
-    Eigen::Vector2f px;
-    float sigma_px = 1;
+    PixelMeasurement measured;
   };
   FrameId id;
   Timestamp time;

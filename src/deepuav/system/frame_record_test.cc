@@ -9,7 +9,7 @@ FrameRecord Seeing(int landmarks) {
   FrameRecord record;
   record.map = MapId{0};
   record.landmark_count = landmarks;
-  for (int i = 0; i < landmarks; ++i) record.seen.push_back({LandmarkId{i}, {0, 0}, 1});
+  for (int i = 0; i < landmarks; ++i) record.seen.push_back({LandmarkId{i}, {}});
   return record;
 }
 

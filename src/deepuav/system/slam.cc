@@ -42,6 +42,7 @@ void SystemOptions::Check() const {
 
 void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("system", options);
+  registry->Add("patches", &options->patches);
   TrackingOptions& tracking = options->tracking;
   registry->Add("tracking", &tracking);
   registry->Add("tracking", &tracking.locator);
@@ -56,6 +57,8 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   MappingOptions& mapping = options->mapping;
   registry->Add("mapping", &mapping);
   registry->Add("mapping.local_map", &mapping.local_map);
+  registry->Add("mapping.reference", &mapping.local_map.reference);
+  registry->Add("mapping.model_noise", &mapping.model_noise);
   registry->Add("mapping.creation", &mapping.creation);
   registry->Add("mapping.epipolar", &mapping.creation.epipolar);
   registry->Add("mapping.fusion", &mapping.fusion);
@@ -83,19 +86,24 @@ TrackingOptions TrackingIn(const SystemOptions& options) {
   return tracking;
 }
 
+SystemOptions WithSharedPatches(SystemOptions options) {
+  options.tracking.locator.patches = options.mapping.patches = options.patches;
+  return options;
+}
+
 }  // namespace
 
 Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception& perception)
     : camera_(camera),
-      options_(options),
+      options_(WithSharedPatches(options)),
       perception_(perception),
       matcher_(perception.matcher),
-      mapper_(camera, options.mapping, &atlas_, &clock_,
+      mapper_(camera, options_.mapping, &atlas_, &clock_,
               perception.matcher_is_learned ? &matcher_ : nullptr),
       back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
                 options.adjustment_delay_keyframes, &clock_),
-      tracker_(camera, TrackingIn(options), &matcher_, &clock_),
-      relocaliser_(camera, options.looping.relocaliser, options.tracking.locator,
+      tracker_(camera, TrackingIn(options_), &matcher_, &clock_),
+      relocaliser_(camera, options_.looping.relocaliser, options_.tracking.locator,
                    MatchersOfPlaces(), &clock_) {
   options_.Check();
 }
@@ -235,7 +243,8 @@ std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* 
   if (atlas_.Remaining().empty()) return std::nullopt;
   std::optional<TrackingResult> result = RelocaliseUnder(frame, {});
   if (!result && perception_.turned && TurnsAt(frame.time)) {
-    const TurnedDescriptors turned = perception_.turned->Describe(frame.image, *frame.features);
+    const TurnedDescriptors turned =
+        perception_.turned->Describe(frame.image->image(), *frame.features);
     result = RelocaliseUnder(frame, turned);
   }
   if (!result) return std::nullopt;

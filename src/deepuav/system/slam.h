@@ -53,7 +53,8 @@ struct SystemOptions {
   double turned_interval_s =
       0.25;  ///< A lost camera is looked for under other headings at most so often.
   double finish_stopped_s =
-      5;  ///< For adjusting and locating at the end of a run that was stopped.
+      5;                 ///< For adjusting and locating at the end of a run that was stopped.
+  PatchOptions patches;  ///< For tracking and mapping.
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;

@@ -58,8 +58,8 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
   for (const FrameRecord::Seen& seen : record->seen) {
     const auto landmark = map.Current(seen.landmark);
     if (landmark && used.insert(*landmark).second)
-      observations.push_back(
-          {map.At(*landmark).position_world, seen.px.cast<double>(), seen.sigma_px});
+      observations.push_back({map.At(*landmark).position_world, seen.measured.px.cast<double>(),
+                              seen.measured.NoiseWith(map.model_sigma_px())});
   }
   const MotionOnlyResult refined =
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
@@ -147,8 +147,9 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
       {reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
       {}};
   for (const LocatedFrame::Seen& seen : located->seen) {
-    result.pose->matches.push_back(
-        {seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id});
+    result.pose->matches.push_back({seen.keypoint,
+                                    local_map->landmarks[static_cast<size_t>(seen.landmark)].id,
+                                    seen.measured});
   }
   const bool tracked_online = record->tracked_online;
   *record = MakeRecord(frame, result);

@@ -60,7 +60,7 @@ class TrajectoryFinishTest : public testing::Test {
     record.landmark_count = 20;
     record.pose.cam_from_keyframe =
         SE3(record.pose.cam_from_keyframe.rotation(), Eigen::Vector3d(0.5, 0.2, 0));
-    for (FrameRecord::Seen& seen : record.seen) seen.px += Eigen::Vector2f(25, 5);
+    for (FrameRecord::Seen& seen : record.seen) seen.measured.px += Eigen::Vector2f(25, 5);
     record.features = features_[i];
   }
 

@@ -150,8 +150,9 @@ TrackedPose Tracker::Describe(const LocatedFrame& located) const {
       {}};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
-    pose.matches.push_back(
-        {seen.keypoint, local_map_->landmarks[static_cast<size_t>(seen.landmark)].id});
+    pose.matches.push_back({seen.keypoint,
+                            local_map_->landmarks[static_cast<size_t>(seen.landmark)].id,
+                            seen.measured});
   }
   return pose;
 }

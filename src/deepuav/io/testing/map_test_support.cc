@@ -35,6 +35,24 @@ SE3 RandomPose(Random* random) {
   return SE3(RotationExp(rotation), RandomVector(random));
 }
 
+/// Of the size of TestMapCamera.
+std::shared_ptr<const ImagePyramid> RandomImage(Random* random) {
+  GreyImage image(48, 64);
+  for (uint8_t& pixel : image) pixel = static_cast<uint8_t>(random->Index(256));
+  return std::make_shared<const ImagePyramid>(image, 3);
+}
+
+PixelMeasurement RandomMeasurement(Random* random) {
+  PixelMeasurement measured;
+  measured.px = {static_cast<float>(random->Uniform(0, 48)),
+                 static_cast<float>(random->Uniform(0, 48))};
+  measured.noise.xx = static_cast<float>(random->Uniform(0.5, 1));
+  measured.noise.xy = static_cast<float>(random->Uniform(-0.4, 0.4));
+  measured.noise.yy = static_cast<float>(random->Uniform(0.5, 1));
+  measured.by_patch = random->Index(2) == 1;
+  return measured;
+}
+
 /// Key point k of five keyframes in a row shows the same landmark.
 void AddLandmarks(int keypoints, const std::vector<KeyframeId>& keyframes, Random* random,
                   IdSource* ids, Map* map) {
@@ -44,7 +62,7 @@ void AddLandmarks(int keypoints, const std::vector<KeyframeId>& keyframes, Rando
       const LandmarkId id = ids->NextLandmark();
       map->AddLandmark(id, RandomVector(random), keyframes[first]);
       for (size_t view = first; view < std::min(first + kViews, keyframes.size()); ++view) {
-        map->AddObservation(keyframes[view], k, id);
+        map->AddObservation(keyframes[view], k, id, RandomMeasurement(random));
       }
       map->CountViews(id, 7 + k, 3 + k);
     }
@@ -74,6 +92,17 @@ void ExpectSameFeatures(const Features& a, const Features& b) {
   EXPECT_TRUE(std::ranges::equal(p.scales(), q.scales()));
 }
 
+void ExpectSameImage(const ImagePyramid* a, const ImagePyramid* b) {
+  ASSERT_EQ(a == nullptr, b == nullptr);
+  if (!a) return;
+  ASSERT_EQ(a->levels(), b->levels());
+  for (int level = 0; level < a->levels(); ++level) {
+    ASSERT_EQ(a->level(level).size(), b->level(level).size());
+    EXPECT_TRUE(
+        std::equal(a->level(level).begin(), a->level(level).end(), b->level(level).begin()));
+  }
+}
+
 void ExpectSameKeyframe(const Keyframe& a, const Keyframe& b) {
   EXPECT_EQ(a.id, b.id);
   EXPECT_EQ(a.frame.id, b.frame.id);
@@ -86,10 +115,16 @@ void ExpectSameKeyframe(const Keyframe& a, const Keyframe& b) {
   EXPECT_EQ(a.landmarks, b.landmarks);
   ExpectSamePose(a.cam_from_world, b.cam_from_world);
   ExpectSameFeatures(a.features(), b.features());
+  ExpectSameImage(a.frame.image.get(), b.frame.image.get());
 }
 
 bool SameObservation(const Observation& a, const Observation& b) {
   return a.keyframe == b.keyframe && a.keypoint == b.keypoint;
+}
+
+bool SameMeasuredObservation(const Observation& a, const Observation& b) {
+  return SameObservation(a, b) && a.measured.px == b.measured.px &&
+         a.measured.noise == b.measured.noise && a.measured.by_patch == b.measured.by_patch;
 }
 
 void ExpectSameLandmark(const Landmark& a, const Landmark& b) {
@@ -102,11 +137,12 @@ void ExpectSameLandmark(const Landmark& a, const Landmark& b) {
   EXPECT_EQ(a.visible, b.visible);
   EXPECT_EQ(a.found, b.found);
   EXPECT_TRUE(SameObservation(a.representative, b.representative));
-  EXPECT_TRUE(std::ranges::equal(a.observations, b.observations, SameObservation));
+  EXPECT_TRUE(std::ranges::equal(a.observations, b.observations, SameMeasuredObservation));
 }
 
 void ExpectSameMap(const Map& a, const Map& b) {
   EXPECT_EQ(a.id(), b.id());
+  EXPECT_EQ(a.model_sigma_px(), b.model_sigma_px());
   ASSERT_EQ(a.KeyframeCount(), b.KeyframeCount());
   ASSERT_EQ(a.LandmarkCount(), b.LandmarkCount());
   a.keyframes().ForEach([&](const Keyframe& keyframe) {
@@ -151,10 +187,12 @@ MapOrigin TestMapOrigin() {
 Map TestMap(MapId id, int keyframes, int keypoints, int dimension, uint64_t seed, IdSource* ids) {
   Random random(seed);
   Map map(id);
+  map.SetModelSigma(0.25);
   std::vector<KeyframeId> added;
   for (int i = 0; i < keyframes; ++i) {
-    const Frame frame{FrameId{10 * i}, Timestamp{1403636579763555584 + 50000000 * int64_t{i}},
-                      RandomFeatures(keypoints, dimension, &random)};
+    Frame frame{FrameId{10 * i}, Timestamp{1403636579763555584 + 50000000 * int64_t{i}},
+                RandomFeatures(keypoints, dimension, &random)};
+    if (i == 1) frame.image = RandomImage(&random);
     added.push_back(ids->NextKeyframe());
     map.AddKeyframe(added.back(), frame, RandomPose(&random));
     if (i > 0) map.ConnectToParent(added.back(), added[static_cast<size_t>(i - 1) / 2]);

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+
+#include "deepuav/geometry/camera.h"
+#include "deepuav/map/map.h"
+#include "deepuav/map/reference_view.h"
+#include "deepuav/patches/patch_measurement.h"
+
+namespace deepuav {
+
+/// Measures landmarks in keyframes by aligning patches of their images. Thread-compatible; keeps
+/// nothing.
+class PatchObserver {
+ public:
+  PatchObserver(const Camera& camera, const PatchOptions& options,
+                const ReferenceViewOptions& reference)
+      : camera_(camera), options_(options), reference_(reference) {}
+
+  /// Where the keyframe shows the landmark at its key point, by the patch of another that sees it.
+  /// Nothing where the patches do not tell.
+  std::optional<PixelMeasurement> Measure(const Map& map, const Landmark& landmark,
+                                          KeyframeId keyframe, int keypoint) const;
+
+  /// Where `keyframe` shows at its key point what `reference` shows at another and what lies at
+  /// `position_world`. That key point is then the patch's middle by definition.
+  std::optional<PixelMeasurement> MeasurePair(const Keyframe& reference, int reference_keypoint,
+                                              const Eigen::Vector3d& position_world,
+                                              const Keyframe& keyframe, int keypoint) const;
+
+  /// What MeasurePair takes `reference_keypoint` for. Nothing where no patch can be taken.
+  std::optional<PixelMeasurement> ReferenceMeasurement(const Keyframe& reference,
+                                                       int keypoint) const;
+
+  /// Adds the observation where the map allows it, measured where patches tell. Returns whether.
+  bool AddObservation(Map* map, KeyframeId keyframe, int keypoint, LandmarkId landmark) const;
+
+  /// Measures what sees each landmark of the map by the one view that most resembles the others, so
+  /// that nothing is left of errors added up from view to view. For poses that are as good as they
+  /// get before the last adjustment.
+  void RemeasureAll(Map* map) const;
+
+  /// As Map::MergeLandmark; what `from` was seen by is measured by the patches of `into`.
+  void Merge(Map* map, LandmarkId from, LandmarkId into) const;
+
+ private:
+  void Remeasure(const Landmark& landmark, Map* map) const;
+  std::optional<PixelMeasurement> MeasureBy(const Keyframe& reference,
+                                            const PixelMeasurement& reference_measured,
+                                            const Eigen::Vector3d& position_world,
+                                            const Eigen::Vector3d& normal_world,
+                                            const Keyframe& keyframe,
+                                            const DetectedPixel& start) const;
+
+  const Camera camera_;
+  const PatchOptions options_;
+  const ReferenceViewOptions reference_;
+};
+
+}  // namespace deepuav
