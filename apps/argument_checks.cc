@@ -35,6 +35,20 @@ CLI::Validator NamedPath() {
       "");
 }
 
+CLI::Validator NamedOutput() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        if (text.empty()) return "is empty: expected a path";
+        if (text == "-") return "is '-': expected a path, as ./- where that is its name";
+        return "";
+      },
+      "");
+}
+
+std::string Counted(size_t count, const std::string& what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 void ProbeOutput(const fs::path& file) {
   if (file.empty()) return;
   std::error_code error;

@@ -17,6 +17,12 @@ CLI::Validator NumberOfFrames();
 /// A path that is not the empty text.
 CLI::Validator NamedPath();
 
+/// The same of an output; "-" is no name for stdout here.
+CLI::Validator NamedOutput();
+
+/// "1 map", "2 maps".
+std::string Counted(size_t count, const std::string& what);
+
 /// Before the work, not after it, it shows that this file cannot be written. Throws Error as
 /// AtomicFile does; leaves nothing behind. An empty path is no file to be written.
 void ProbeOutput(const std::filesystem::path& file);

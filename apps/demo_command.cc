@@ -68,7 +68,7 @@ void AddDemoCommand(CLI::App& app) {
       app.add_subcommand("demo", "Simulate a flight, run SLAM on it, evaluate, write the report");
   const auto arguments = std::make_shared<DemoArguments>();
   command->add_option("--out", arguments->out, "Folder for everything")
-      ->check(NamedPath())
+      ->check(NamedOutput())
       ->capture_default_str();
   command->add_option("--flight", arguments->flight, "As of simulate")->capture_default_str();
   command->add_option("--frames", arguments->frames, "Render at most this many; -1: all")

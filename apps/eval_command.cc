@@ -68,7 +68,7 @@ void AddEvalCommand(CLI::App& app) {
   command->add_option("--json", arguments->json, "Write all figures as JSON (- for stdout)")
       ->check(NamedPath());
   command->add_option("--plot", arguments->plot, "Write the trajectories and errors as SVG")
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command->footer(
       "Examples:\n"
       "  deepuav eval MH_01_easy out/trajectory.txt --align sim3 --plot errors.svg\n"

@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/io/text_file.h"
+#include "interruption.h"
 
 namespace {
 
@@ -76,5 +77,6 @@ int RunProgram(std::vector<std::string> words) {
 
 int main(int argc, char** argv) {
   SilenceLibraries();
+  deepuav::CleanUpOnSignals();
   return FinishOutput(deepuav::RunProgram({argv + 1, argv + argc}));
 }

@@ -134,7 +134,7 @@ void AddExportCommand(CLI::App& app) {
       ->add_option("--out", arguments->out,
                    "File, or folder for colmap; with several maps -map-N is put into its name")
       ->required()
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command->add_option("--map", arguments->map, "Only this map; all by default")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
   command->footer(

@@ -70,8 +70,9 @@ void Merge(const MergeArguments& arguments) {
   if (NeedsSuperGlue(options)) perception.quick_matcher = &quick;
   const JoiningReport report = JoinMaps(all.camera, options.system, perception, newer, &all.atlas);
   WriteMapFile(arguments.out, all.atlas, all.camera, all.origin);
-  std::cout << fmt::format("{} maps joined, {} loops closed\n", report.merged_maps,
-                           report.closed_loops);
+  std::cout << fmt::format("{} joined to another, {} closed\n",
+                           Counted(static_cast<size_t>(report.merged_maps), "map"),
+                           Counted(static_cast<size_t>(report.closed_loops), "loop"));
   for (MapId id : all.atlas.Remaining()) {
     const Map& map = all.atlas.At(id);
     std::cout << fmt::format("map {}: {} keyframes, {} landmarks\n", id.value, map.KeyframeCount(),
@@ -88,7 +89,9 @@ void AddMergeCommand(CLI::App& app) {
   command->add_option("FILES", arguments->files, "Two map.deepuav or more")
       ->required()
       ->expected(kFewest, -1);
-  command->add_option("--out", arguments->out, "File for all maps")->required()->check(NamedPath());
+  command->add_option("--out", arguments->out, "File for all maps")
+      ->required()
+      ->check(NamedOutput());
   AddOptionArguments(*command, arguments->options);
   AddPrecisionArgument(*command, arguments->options);
   AddLogLevelArgument(*command, arguments->log_level);

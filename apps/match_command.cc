@@ -118,8 +118,8 @@ class MatchWriter {
     if (arguments_.out.empty()) return;
     std::vector<size_t> sorted = counts_;
     std::sort(sorted.begin(), sorted.end());
-    std::cout << fmt::format("{}: {} pairs, {} to {} matches, median {}\n", arguments_.out.string(),
-                             sorted.size(), sorted.front(), sorted.back(),
+    std::cout << fmt::format("{}: {}, {} to {} matches, median {}\n", arguments_.out.string(),
+                             Counted(sorted.size(), "pair"), sorted.front(), sorted.back(),
                              sorted[sorted.size() / 2]);
   }
 

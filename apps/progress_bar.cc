@@ -12,7 +12,7 @@
 namespace deepuav {
 namespace {
 
-constexpr double kRedrawSeconds = 0.2;
+constexpr double kRedrawSeconds = 0.2, kLogSeconds = 15;
 constexpr int kBarWidth = 30;
 constexpr size_t kUsualColumns = 80;
 constexpr char kClearLine[] = "\r\033[K";
@@ -36,12 +36,17 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::Advance(int done, const std::string& status) {
-  if (!terminal_ || (since_drawn_.Seconds() < kRedrawSeconds && done < total_)) return;
-  since_drawn_.Restart();
+  const double pause_s = terminal_ ? kRedrawSeconds : kLogSeconds;
+  if (since_told_.Seconds() < pause_s && !(terminal_ && done >= total_)) return;
+  since_told_.Restart();
+  const double per_second = done / std::max(running_.Seconds(), 1e-3);
+  if (!terminal_) {
+    Log().info("{} of {} {}, {:.1f} {}/s", done, total_, what_, per_second, what_);
+    return;
+  }
   const int filled = std::min(kBarWidth, kBarWidth * done / total_);
-  std::string line =
-      fmt::format("[{:#<{}}{:.<{}}] {}/{}  {:.1f} {}/s  {}", "", filled, "", kBarWidth - filled,
-                  done, total_, done / std::max(running_.Seconds(), 1e-3), what_, status);
+  std::string line = fmt::format("[{:#<{}}{:.<{}}] {}/{}  {:.1f} {}/s  {}", "", filled, "",
+                                 kBarWidth - filled, done, total_, per_second, what_, status);
   line.resize(std::min(line.size(), TerminalColumns() - 1));  // a wrapped line cannot be redrawn
   std::cerr << kClearLine << line << std::flush;
 }

@@ -6,7 +6,8 @@
 
 namespace deepuav {
 
-/// One line on stderr that tells how far a run is; silent where stderr is no terminal.
+/// One line on stderr that tells how far a run is; where stderr is no terminal, a line of the log
+/// now and then.
 class ProgressBar {
  public:
   /// `what` is counted, in the plural.
@@ -22,7 +23,7 @@ class ProgressBar {
   const int total_;
   const std::string what_;
   const bool terminal_;
-  Stopwatch running_, since_drawn_;
+  Stopwatch running_, since_told_;
 };
 
 }  // namespace deepuav

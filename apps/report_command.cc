@@ -103,9 +103,9 @@ void AddReportCommand(CLI::App& app) {
                    "Truth of all runs or, repeated, of each; default: what their datasets hold")
       ->allow_extra_args(false);
   command->add_option("--html", arguments->html, "The page; default: report.html in the first OUT")
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command->add_option("--plots", arguments->plots, "Folder for the plots as SVG, made if absent")
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command->add_option("--pairs", arguments->pictures.pairs, "Pairs of keyframes shown of each run")
       ->capture_default_str();
   command->add_option("--points", arguments->page.max_points, "Most points of each cloud")

@@ -10,6 +10,7 @@
 #include "dataset_images.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/io/folder_lock.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/map_origin.h"
 #include "deepuav/io/options_file.h"
@@ -103,6 +104,7 @@ void Run(const RunArguments& arguments) {
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
+  const FolderLock lock(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
   if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
   std::optional<LoadedAtlas> loaded;
@@ -167,7 +169,7 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
       ->check(NamedPath());
   command.add_option("--out", arguments.out, "Folder for the results, made if absent")
       ->required()
-      ->check(NamedPath());
+      ->check(NamedOutput());
   AddOptionArguments(command, arguments.options);
   AddFeaturesArguments(command, arguments.options);
   AddPrecisionArgument(command, arguments.options);

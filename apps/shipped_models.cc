@@ -2,11 +2,13 @@
 
 #include <cstdlib>
 
+#include "shipped_files.h"
+
 namespace deepuav {
 
 const ModelRegistry& ShippedModels() {
   const char* named = std::getenv("DEEPUAV_MODELS");
-  static const ModelRegistry registry(named && *named ? named : DEEPUAV_MODELS);
+  static const ModelRegistry registry(named && *named ? named : ShippedFolder("models"));
   return registry;
 }
 

@@ -7,8 +7,8 @@
 
 namespace deepuav {
 
-/// The models that come with the program: of its source folder, or of the folder that the
-/// environment variable DEEPUAV_MODELS names. Read once. Throws Error for a folder without a
+/// The models that come with the program, or those of the folder that the environment variable
+/// DEEPUAV_MODELS names. Read once. Throws Error for a folder without a
 /// readable models.yaml.
 const ModelRegistry& ShippedModels();
 

@@ -9,6 +9,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/base/time.h"
+#include "deepuav/io/folder_lock.h"
 #include "deepuav/io/options_file.h"
 #include "interruption.h"
 #include "option_arguments.h"
@@ -69,9 +70,11 @@ void Simulate(const SimulateArguments& arguments) {
   OptionRegistry registry;
   ReadOptions(arguments, &options, &registry);
 
-  CatchSignals();
   SimulatedDataset dataset(options, arguments.out, arguments.threads);
+  MakeOutputFolder(arguments.out);
+  const FolderLock lock(arguments.out);
   dataset.WriteSensors(OptionsAsYaml(registry));
+  CatchSignals();
   const int frames = arguments.frames < 0 ? dataset.frame_count()
                                           : std::min(arguments.frames, dataset.frame_count());
   const Stopwatch rendering;
@@ -88,7 +91,7 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--scene", arguments.choice.scene,
                      "Name of a scene, or its YAML file; default: the flight's");
   command.add_option("--out", arguments.out, "Folder for the dataset, made if absent")
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command.add_option("--seed", arguments.seed, "Seed of wind and noise; default: the flight's")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
   command

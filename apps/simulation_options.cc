@@ -1,14 +1,17 @@
 #include "simulation_options.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/io/yaml_map.h"
+#include "shipped_files.h"
 
 namespace deepuav {
 namespace {
@@ -16,11 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kEnding = ".yaml";
+constexpr int kSmallestSidePx = 8, kLargestSidePx = 8192;
+constexpr double kLongestFocalPx = 1e6;
 
 std::vector<std::string> FlightNames() {
   std::vector<std::string> names;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(DEEPUAV_FLIGHTS, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(ShippedFolder("flights"), error)) {
     if (entry.path().extension() == kEnding) names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
@@ -31,7 +36,7 @@ fs::path FindFlight(const std::string& name_or_file) {
   if (fs::is_regular_file(name_or_file)) return name_or_file;
   const std::vector<std::string> names = FlightNames();
   if (std::find(names.begin(), names.end(), name_or_file) != names.end())
-    return fs::path(DEEPUAV_FLIGHTS) / (name_or_file + kEnding);
+    return ShippedFolder("flights") / (name_or_file + kEnding);
   const std::string nearest = NearestName(name_or_file, names);
   throw Error("no flight and no file '{}': expected one of {}{}", OneLine(name_or_file),
               fmt::join(names, ", "),
@@ -64,8 +69,8 @@ LensModel ReadLens(const std::string& model) {
 }  // namespace
 
 void FlightOptions::Check() const {
-  CheckOption(duration_s > 0, "flight.duration_s", duration_s, "more than 0");
-  CheckOption(seed >= 0, "flight.seed", seed, "at least 0");
+  CheckPositive("flight.duration_s", duration_s, kLongestFlightS);
+  CheckRange("flight.seed", seed, 0, std::numeric_limits<int>::max());
 }
 
 void OutputOptions::Check() const {
@@ -73,10 +78,22 @@ void OutputOptions::Check() const {
     throw Error("option output.image_format is '{}': expected jpg or png", image_format);
   CheckOption(jpeg_quality >= 1 && jpeg_quality <= 100, "output.jpeg_quality", jpeg_quality,
               "1 to 100");
-  CheckOption(depth_unit_m > 0, "output.depth_unit_m", depth_unit_m, "more than 0");
+  CheckRange("output.depth_unit_m", depth_unit_m, 1e-6, 1000);
+}
+
+void CameraOptions::Check() const {
+  CheckRange("camera.rate_hz", rate_hz, 0.001, 1000);
+  if (!file.empty()) return;
+  CheckRange("camera.width", width, kSmallestSidePx, kLargestSidePx);
+  CheckRange("camera.height", height, kSmallestSidePx, kLargestSidePx);
+  CheckPositive("camera.fx", fx, kLongestFocalPx);
+  CheckPositive("camera.fy", fy, kLongestFocalPx);
+  CheckRange("camera.cx", cx, -kLongestFocalPx, kLongestFocalPx);
+  CheckRange("camera.cy", cy, -kLongestFocalPx, kLongestFocalPx);
 }
 
 Camera MakeCamera(const CameraOptions& options) {
+  options.Check();
   Camera camera;
   if (!options.file.empty()) {
     camera = ReadCompleteCameraFile(options.file).camera;
@@ -90,7 +107,6 @@ Camera MakeCamera(const CameraOptions& options) {
                          "distortion");
   }
   camera.rate_hz = options.rate_hz;
-  CheckOption(camera.rate_hz > 0, "camera.rate_hz", camera.rate_hz, "more than 0");
   camera.Check("the flight's camera");
   return camera;
 }
@@ -147,7 +163,7 @@ void LoadSimulation(const SimulationChoice& choice, SimulationOptions* options,
 std::vector<ListedFlight> ListFlights() {
   std::vector<ListedFlight> flights;
   for (const std::string& name : FlightNames()) {
-    const YamlMap yaml = YamlMap::Read(fs::path(DEEPUAV_FLIGHTS) / (name + kEnding));
+    const YamlMap yaml = YamlMap::Read(ShippedFolder("flights") / (name + kEnding));
     flights.push_back({name, yaml.Map("flight").Text("about")});
   }
   return flights;

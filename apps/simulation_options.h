@@ -47,6 +47,7 @@ struct CameraOptions {
   std::string distortion = "-0.28340811 0.07395907 0.00019359 1.76187114e-05";
   double rate_hz = 20;
 
+  void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("file", file, "", "a camera.yaml that takes the place of all other values but the rate");

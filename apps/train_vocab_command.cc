@@ -135,7 +135,7 @@ void AddArguments(CLI::App& command, TrainVocabArguments& arguments) {
       ->check(NamedPath());
   command.add_option("--out", arguments.out, "File for the vocabulary")
       ->required()
-      ->check(NamedPath());
+      ->check(NamedOutput());
   command
       .add_option("--exclude", arguments.excluded,
                   "Folder below IMAGES_DIR to leave out; may be repeated")

@@ -166,7 +166,7 @@ class Usage(CommandTest):
         model = "features.model=x"
         for assignments, parts in ((["featurs.keypoints=9", model], ["'featurs.keypoints'", "'features.keypoints'"]),
                                    (["features.keypoints=many", model], ["features.keypoints", "whole number"]),
-                                   (["features.keypoints=0", model], ["features.keypoints", "at least 1"]),
+                                   (["features.keypoints=0", model], ["option features.keypoints is 0: expected 1 to 20000"]),
                                    (["features.threshold=nan", model], ["features.threshold"]),
                                    (["features.keypoints", model], ["name=value"]),
                                    (["inference.precision=fp12", model], ["inference.precision", "bf16"]),
@@ -176,6 +176,12 @@ class Usage(CommandTest):
                                    (["matching.method=superglue", "superglue.min_score=2"], ["superglue.min_score"]),
                                    (["superglue.min_score=2"], ["superglue.min_score"]),
                                    (["matching.method=superglue", "matching.ratio=5"], ["matching.ratio"]),
+                                   (["looping.verifier.place.max_keyframes=0", model],
+                                    ["option looping.verifier.place.max_keyframes is 0: expected 2 to"]),
+                                   (["mapping.local_bundle.max_iterations=-1", model],
+                                    ["option mapping.local_bundle.max_iterations is -1: expected 0 to"]),
+                                   (["tracking.motion_only.rounds=2147483647", model],
+                                    ["option tracking.motion_only.rounds is 2147483647: expected 1 to"]),
                                    (["features.size=huge"], ["'huge'", "small"])):
             with self.subTest(assignments=assignments):
                 sets = [word for assignment in assignments for word in ("--set", assignment)]
@@ -223,8 +229,67 @@ class WrongInput(CommandTest):
         self.expect_refused(self.folder / "notes.txt", "notes.txt", "video")
         (self.folder / "film.mp4").write_text("no film")
         (self.folder / "film.yaml").write_text(data.camera_yaml())
-        self.expect_refused(self.folder / "film.mp4", "film.mp4", "cannot be opened as a video")
+        self.expect_refused(self.folder / "film.mp4", "film.mp4", "does not begin like a video")
         self.expect_refused(self.folder / "two\nlines", "two?lines")
+
+    def test_a_list_of_files_is_no_video(self):
+        """FFmpeg would follow it, whatever it is called."""
+        secret = self.folder / "secret.avi"
+        secret.write_bytes(data.mjpeg_avi([data.png(64, 48)], 10))
+        for text in (f"#EXTM3U\n#EXTINF:1,\n{secret}\n", f"ffconcat version 1.0\nfile {secret}\n",
+                     f"<?xml version='1.0'?><MPD><BaseURL>{secret}</BaseURL></MPD>"):
+            film = self.folder / "film.mp4"
+            film.write_text(text)
+            (self.folder / "film.yaml").write_text(data.camera_yaml(64, 48, (50, 50, 31.5, 23.5)))
+            self.expect_refused(film, "film.mp4", "does not begin like a video")
+
+    def test_named_pipes_are_not_waited_for(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        good = self.folder / "good.txt"
+        good.write_text("".join(f"{t} {t * t} {t} 0 0 0 0 1\n" for t in range(9)))
+        dataset = data.small_euroc(self.folder / "dataset")
+        film = self.folder / "film.mp4"
+        film.symlink_to(pipe)
+        (self.folder / "film.yaml").write_text(data.camera_yaml())
+        for arguments in (["eval", pipe, good], ["eval", good, pipe], ["map", "info", pipe],
+                          ["run", dataset, "--out", self.out, "--camera", pipe, "--set", "features.model=x.onnx"],
+                          ["run", film, "--out", self.out, "--set", "features.model=x.onnx"],
+                          ["run", dataset, "--out", self.out, "--map", pipe, "--set", "features.model=x.onnx"]):
+            with self.subTest(arguments=arguments):
+                self.expect_failure(call(*arguments), "is a named pipe: expected a file")
+        self.expect_failure(call("run", dataset, "--out", self.out, "--config", pipe), "is a named pipe",
+                            status=WRONG_USE)
+        for name in ("model", "vocabulary"):
+            option = {"model": "features.model", "vocabulary": "places.vocabulary"}[name]
+            self.expect_failure(call("run", dataset, "--out", self.out, "--set", f"{option}={pipe}"), "pipe")
+
+    def test_a_named_pipe_among_photographs_is_left_out(self):
+        photographs = self.folder / "photographs"
+        photographs.mkdir()
+        for i in range(3):
+            (photographs / f"{i}.png").write_bytes(data.png(64, 48))
+        os.mkfifo(photographs / "3.png")
+        (photographs / "camera.yaml").write_text(data.camera_yaml(64, 48, (50, 50, 31.5, 23.5)))
+        result = call("run", photographs, "--out", self.out, "--set", "places.vocabulary=")
+        self.assertIn("3.png: is a named pipe", result.stderr)
+        self.expect_failure(result, "no map was started")
+
+    def test_what_a_shell_pipes_in_is_read(self):
+        poses = "".join(f"{t} {t * t} {t} 0 0 0 0 1\n" for t in range(9))
+        good = self.folder / "good.txt"
+        good.write_text(poses)
+        result = call("eval", good, "/dev/stdin", input=poses)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_no_output_is_called_dash(self):
+        dataset = data.small_euroc(self.folder / "dataset")
+        for arguments in (["run", dataset, "--out", "-"], ["simulate", "--flight", "orbit", "--out", "-"],
+                          ["map", "export", "x.deepuav", "--format", "ply", "--out", "-"],
+                          ["map", "merge", "a.deepuav", "b.deepuav", "--out", "-"]):
+            with self.subTest(arguments=arguments):
+                self.expect_failure(call(*arguments, cwd=self.folder), "--out", "is '-': expected a path", status=WRONG_USE)
+        self.assertFalse((self.folder / "-").exists())
 
     def test_no_network(self):
         dataset = data.small_euroc(self.folder / "dataset")
@@ -237,6 +302,7 @@ class WrongInput(CommandTest):
     def test_wrong_calibration(self):
         for name, parts, wrong in (
                 ("negative", ["sensor.yaml", "fx"], {"fx": -50}),
+                ("absurd", ["sensor.yaml", "distortion moves the edge"], {"distortion": "[1e10, 1e10, 0, 0]"}),
                 ("count", ["sensor.yaml:12", "distortion_coefficients holds 3"], {"distortion": "[0.1, 0, 0]"}),
                 ("text", ["sensor.yaml:12", "distortion_coefficients[1]"], {"distortion": "[0.1, x, 0, 0]"}),
                 ("size", ["100.png", "64x48", "80x48", "sensor.yaml"], {"width": 80}),
@@ -391,6 +457,31 @@ class Run(CommandTest):
 
     def test_terminated(self):
         self.assertEqual(self.stop_once_a_map_is_there(signal.SIGTERM, "sequential"), 143)
+
+    def test_the_terminal_went_away(self):
+        self.assertEqual(self.stop_once_a_map_is_there(signal.SIGHUP, "threaded"), 129)
+
+    def test_what_nohup_started_goes_on(self):
+        process = subprocess.Popen(["nohup", *command(*run_arguments(self.short, self.out))],
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                   text=True, env=ENVIRONMENT)
+        for line in process.stderr:
+            if "map 0 starts" in line:
+                break
+        process.send_signal(signal.SIGHUP)
+        process.communicate(timeout=100)
+        self.assertEqual(process.returncode, 0)
+        self.assertFalse(self.check_output(self.out)["stopped_early"])
+
+    def test_two_runs_at_once_into_one_folder_are_refused(self):
+        first = subprocess.Popen(command(*run_arguments(self.flight, self.out)), stdout=subprocess.DEVNULL,
+                                 stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+        for line in first.stderr:
+            if "map 0 starts" in line:
+                break
+        self.expect_failure(call(*run_arguments(self.short, self.out)), "another deepuav is writing into it")
+        first.kill()
+        first.communicate()
 
     def test_killed_leaves_whole_files_or_none(self):
         generator = random.Random(1)

@@ -7,28 +7,30 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-# The arrows of the architecture; a module may also use whatever these use.
-ARROWS = {
-    "base": [],
-    "geometry": ["base"],
-    "image": ["geometry"],
-    "patches": ["image", "geometry"],
-    "inference": ["base"],
-    "features": ["image", "inference"],
-    "matching": ["features", "geometry"],
-    "place": ["features"],
-    "map": ["features", "place", "geometry"],
-    "estimation": ["map", "geometry"],
-    "localisation": ["estimation", "matching", "patches"],
-    "tracking": ["localisation"],
-    "mapping": ["estimation", "matching", "patches"],
-    "looping": ["localisation", "place"],
-    "system": ["tracking", "mapping", "looping"],
-    "io": ["map", "image"],
-    "evaluation": ["geometry", "io"],
-    "simulation": ["geometry", "image"],
-    "viewer": ["map", "evaluation"],
-}
+ARCHITECTURE = ROOT / "docs/architecture.md"
+ARROW_TABLE_HEAD = "| module | holds | may include |"
+
+
+def table_rows(page, head):
+    """The cells of a Markdown table's rows below its head, as lists of texts."""
+    lines = page.splitlines()
+    rows = []
+    for line in lines[lines.index(head) + 2 :]:
+        if not line.startswith("|"):
+            break
+        rows.append([cell.strip() for cell in line.strip("|").split("|")])
+    return rows
+
+
+def read_arrows(page):
+    """{module: [modules that it may include]} of the architecture's page; it may also use whatever these use."""
+    return {
+        module.strip("`"): [] if arrows == "-" else [arrow.strip() for arrow in arrows.split(",")]
+        for module, _, arrows in table_rows(page, ARROW_TABLE_HEAD)
+    }
+
+
+ARROWS = read_arrows(ARCHITECTURE.read_text())
 
 # Three parts that talk by value alone, so that their result cannot depend on threads' timing.
 SIBLINGS = ("tracking", "mapping", "looping")
@@ -95,6 +97,19 @@ def check_depends(module, depends):
             yield f"src/deepuav/{module}/CMakeLists.txt: DEPENDS {used}: no such arrow in the architecture"
 
 
+def check_arrows_are_needed(root):
+    """An arrow that no include needs, of the module itself or of what only that arrow leads to."""
+    used = {module: set() for module in ARROWS}
+    for module in ARROWS:
+        for path in sources(root / "src/deepuav" / module):
+            used[module] |= set(MODULE_INCLUDE.findall(without_comments(path.read_text(), keep_literals=True)))
+    for module, arrows in ARROWS.items():
+        for arrow in arrows:
+            others = {other for one in arrows if one != arrow for other in {one} | allowed_modules(one)}
+            if not used[module] & (({arrow} | allowed_modules(arrow)) - others):
+                yield f"docs/architecture.md: {module} may include {arrow}, which no include of it needs"
+
+
 def check_source(path, name, module, depends, test_links):
     text = path.read_text()
     is_test = path.name.endswith("_test.cc")
@@ -143,6 +158,14 @@ class RepositoryTest(unittest.TestCase):
     def test_keeps_the_architecture(self):
         violations = find_violations(ROOT)
         self.assertEqual(violations, [], "\n" + "\n".join(violations))
+
+
+    def test_every_folder_is_a_module_of_the_page(self):
+        folders = {listing.parent.name for listing in (ROOT / "src/deepuav").glob("*/CMakeLists.txt")}
+        self.assertEqual(folders, set(ARROWS))
+
+    def test_every_arrow_is_needed(self):
+        self.assertEqual(list(check_arrows_are_needed(ROOT)), [])
 
 
 class CheckTest(unittest.TestCase):

@@ -54,6 +54,10 @@ def write_run(out, seed):
               "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n")
     (out / "points.ply").write_bytes(header.encode() + b"".join(struct.pack("<3f3B", *p, 180, 180, 180) for p in points))
     rows = [f"track,{i},{5 + generator.random():.4f}" for i in range(POSES)]
+    frames = [f'{i},{i},lost,,100,0,,"too dark, or ""blurred"""' if 100 <= i < 130 else f"{i},{i},tracked,0,500,90,,"
+              for i in range(POSES)]
+    (out / "frames.csv").write_text("frame,time_ns,state,map,key_points,landmarks,keyframe,reason\n" +
+                                    "\n".join(frames) + "\n")
     (out / "timings.csv").write_text("stage,call,milliseconds\n" + "\n".join(rows) + "\n")
     (out / "summary.json").write_text(json.dumps({
         "version": "0", "dataset": {"path": "/nowhere/<b>flight</b>", "kind": "euroc"}, "schedule": "threaded",
@@ -181,6 +185,36 @@ class ReportPageTest(unittest.TestCase):
         self.script("document.querySelectorAll('#runs .chip')[1].click()")
         self.assertEqual(self.script("return document.querySelectorAll('.chip[aria-pressed=false]').length"), 1)
         self.assertNotEqual(self.script("return document.querySelector('#components canvas').toDataURL()"), before)
+
+    def test_lost_frames_and_their_reasons_are_told(self):
+        self.load(self.write_page(self.runs[0]))
+        self.assertEqual(self.texts("#summary-lost td"), ["too dark, or blurred", "30", "100 to 129"])
+
+    def test_a_run_without_a_map_draws_nothing_empty(self):
+        out = write_run(SCRATCH / "without-map", 3)
+        for name in ("trajectory.txt", "keyframes.txt"):
+            (out / name).write_text("")
+        (out / "points.ply").unlink()
+        summary = json.loads((out / "summary.json").read_text())
+        summary.update(main_map=-1, maps=[])
+        (out / "summary.json").write_text(json.dumps(summary))
+        self.load(self.write_page(out))
+        self.assertIn("no map was started", " ".join(self.texts("#summary-tiles .tile")))
+        self.assertTrue(self.script("return document.getElementById('trajectory').hidden"))
+
+    def test_up_is_not_taken_for_the_heading_of_a_survey(self):
+        """Looking straight down with the image's top to the east, on lines east and west: up is the least reach."""
+        out = write_run(SCRATCH / "survey", 4)
+        lines = []
+        for i in range(POSES):
+            x, y, z = 40 * math.sin(i / 20), 30 * i / POSES, 20 + 0.1 * math.sin(i)
+            # Columns of the rotation: the image's right is south, its down west, the optical axis down.
+            lines.append(f"{FIRST_S + i / RATE_HZ:.9f} {x} {y} {z} {-math.sqrt(0.5)} {math.sqrt(0.5)} 0 0")
+        for name in ("trajectory.txt", "keyframes.txt"):
+            (out / name).write_text("\n".join(lines) + "\n")
+        self.load(self.write_page(out))
+        self.assertEqual(self.script("const s = document.getElementById('scene-up'); "
+                                     "return s.options[s.selectedIndex].textContent"), "+z")
 
     def test_without_truth_it_says_why(self):
         self.load(self.write_page(self.runs[0]))

@@ -3,6 +3,7 @@
 
   simulate_test.py DEEPUAV
 """
+import resource
 import signal
 import struct
 import subprocess
@@ -75,7 +76,9 @@ class SimulateTest(unittest.TestCase):
         return call("simulate", "--flight", cls.flight, "--out", out, *more)
 
     def expect_success(self, result):
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for line in result.stderr.splitlines():  # how far it is, on a slow machine
+            self.assertRegex(line, r"^info: \d+ of \d+ frames, ")
 
     def expect_failure(self, result, status, *parts):
         self.assertEqual(result.returncode, status, result.stderr)
@@ -212,6 +215,63 @@ class SimulateTest(unittest.TestCase):
                 self.expect_failure(call("simulate", *arguments), WRONG_USE, *parts)
         self.assertFalse(out.exists())
         self.expect_failure(self.simulate(out, "--set", "course.length_m=900"), FAILURE, "the course comes to")
+
+    def test_absurd_options_are_refused_by_name(self):
+        """What crashed or hung: segmentation faults, Embree's assertions, vectors beyond any memory, days of flight."""
+        absurd = ["course.laps=1e8", "course.speed_m_s=1e6", "course.speed_m_s=1000", "course.speed_m_s=0.01",
+                  "sensor.read_noise_electrons=1e20", "sensor.full_well_electrons=1e308", "imu.rate_hz=1e9",
+                  "camera.width=2000000000", "flight.duration_s=1e9"]
+        for option in ("weather.sun", "weather.sky", "mount.x_m", "wind.jitter_position_m", "gnss.lever_x_m",
+                       "scene.relief_m", "course.center_x_m"):
+            absurd += [f"{option}=1e40", f"{option}=1e308", f"{option}=-1e308"]
+        out = self.folder / "absurd"
+        for assignment in absurd:
+            with self.subTest(assignment):
+                name = assignment.split("=")[0]
+                result = call("simulate", "--flight", "orbit", "--frames", 1, "--out", out, "--set", assignment)
+                self.expect_failure(result, WRONG_USE, f"option {name} is ", "expected")
+        self.assertFalse(out.exists())
+
+    def test_a_course_that_takes_hours_is_refused_at_once(self):
+        for assignment, parts in (("course.laps=1000", ["km long", "course.laps"]),
+                                  ("course.laps=20", ["s to fly", "course.laps"]),
+                                  ("course.speed_m_s=0.1", ["s to fly", "course.speed_m_s"])):
+            with self.subTest(assignment):
+                began = time.monotonic()
+                more = ["--set", "course.length_m=600", "--set", "course.width_m=300", "--set", "scene.extent_m=1200"]
+                result = call("simulate", "--flight", self.flight, "--frames", 1, "--out", self.folder / "long",
+                              *more, "--set", assignment)
+                self.expect_failure(result, FAILURE, *parts)
+                self.assertLess(time.monotonic() - began, 60)
+
+    def test_a_long_course_is_planned_soon(self):
+        out = self.folder / "ten-laps"
+        began = time.monotonic()
+        self.expect_success(call("simulate", "--flight", "orbit", "--frames", 1, "--out", out, "--set",
+                                 "course.laps=20"))
+        self.assertLess(time.monotonic() - began, 100)
+
+    def test_two_at_once_into_one_folder_are_refused(self):
+        out = self.folder / "shared"
+        more = ["--set", "camera.rate_hz=40"]
+        first = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        deadline = time.monotonic() + 100
+        while not list(out.rglob("*.jpg")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self.expect_failure(self.simulate(out, *more), FAILURE, "another deepuav is writing into it")
+        first.terminate()
+        self.assertEqual(first.wait(timeout=60), 143)
+        self.expect_success(self.simulate(out, *more))
+
+    def test_a_limit_of_file_sizes_is_a_failure_to_write(self):
+        out = self.folder / "limited"
+        limit = 2000  # bytes
+        result = subprocess.run([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, "--frames", "1"],
+                                capture_output=True, text=True, timeout=200, check=False,
+                                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        self.expect_failure(result, FAILURE, "File too large")
+        self.assertEqual([file for file in out.rglob("*") if file.name.endswith(".tmp")], [])
 
     def test_shipped_flights_can_be_flown(self):
         for file in sorted((ROOT / "flights").glob("*.yaml")):

@@ -5,6 +5,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
+#include "deepuav/base/option_bounds.h"
 
 namespace deepuav {
 namespace {
@@ -83,7 +84,7 @@ void OptionRegistry::AddValue(const std::string& name, std::string* value, const
 }
 
 void CheckOption(bool holds, const std::string& name, double found, const std::string& expected) {
-  if (!holds) throw Error("option {} is {}: expected {}", name, found, expected);
+  if (!holds) throw OptionError(name, found, expected);
 }
 
 }  // namespace deepuav

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 
 namespace deepuav {
 namespace {
@@ -59,6 +60,7 @@ std::string Sha256OfFiles(const std::vector<std::filesystem::path>& files) {
   Hasher hasher;
   std::vector<char> chunk(kChunkBytes);
   for (const auto& file : files) {
+    RefuseNamedPipe(file);
     std::ifstream stream(file, std::ios::binary);
     while (stream) {
       stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/random.h"
 #include "deepuav/estimation/p3p.h"
@@ -143,10 +144,10 @@ class RobustP3P {
 }  // namespace
 
 void AbsolutePoseOptions::Check() const {
-  CheckOption(max_error_px > 0, "max_error_px", max_error_px, "above 0");
+  CheckPositive("max_error_px", max_error_px, 1000);
   CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "between 0 and 1");
-  CheckOption(max_iterations >= 1, "max_iterations", max_iterations, "at least 1");
-  CheckOption(min_inliers >= 4, "min_inliers", min_inliers, "at least 4");
+  CheckRange("max_iterations", max_iterations, 1, 10'000);
+  CheckRange("min_inliers", min_inliers, 4, 100'000);
 }
 
 std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/bundle_linearization.h"
 #include "deepuav/estimation/levenberg_damping.h"
@@ -115,11 +116,11 @@ bool IsOutlier(const BundleObservation& observation, const BundleState& state, d
 }  // namespace
 
 void BundleOptions::Check() const {
-  CheckOption(max_iterations >= 0, "max_iterations", max_iterations, "at least 0");
-  CheckOption(chi_square > 0 && std::isfinite(chi_square), "chi_square", chi_square, "above 0");
+  CheckRange("max_iterations", max_iterations, 0, 200);
+  CheckPositive("chi_square", chi_square, 1e6);
   CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
               min_relative_decrease, "at least 0 and below 1");
-  CheckOption(focal_sigma > 0, "focal_sigma", focal_sigma, "above 0");
+  CheckPositive("focal_sigma", focal_sigma, 10);
 }
 
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -34,9 +35,8 @@ void ModelNoiseOptions::Check() const {
               "mapping.model_noise.initial_sigma_px", initial_sigma_px,
               "min_sigma_px to max_sigma_px");
   CheckOption(weight >= 0 && weight <= 1, "mapping.model_noise.weight", weight, "0 to 1");
-  CheckOption(max_residuals >= 10, "mapping.model_noise.max_residuals", max_residuals,
-              "at least 10");
-  CheckOption(min_residuals >= 1, "mapping.model_noise.min_residuals", min_residuals, "at least 1");
+  CheckRange("mapping.model_noise.max_residuals", max_residuals, 10, 1'000'000);
+  CheckRange("mapping.model_noise.min_residuals", min_residuals, 1, 1'000'000);
 }
 
 double EstimateModelSigma(const std::vector<AdjustedResidual>& residuals,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/block_cholesky.h"
 #include "deepuav/estimation/levenberg_damping.h"
@@ -267,11 +268,10 @@ PoseGraphResidual LinearizePoseGraphEdge(const Sim3& measured_b_from_a, const Si
 }
 
 void PoseGraphOptions::Check() const {
-  CheckOption(max_iterations >= 0, "max_iterations", max_iterations, "at least 0");
+  CheckRange("max_iterations", max_iterations, 0, 1000);
   CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
               min_relative_decrease, "at least 0 and below 1");
-  CheckOption(huber_threshold >= 0 && std::isfinite(huber_threshold), "huber_threshold",
-              huber_threshold, "at least 0");
+  CheckRange("huber_threshold", huber_threshold, 0, 1e6);
 }
 
 PoseGraphReport OptimizePoseGraph(PoseGraph* graph, const PoseGraphOptions& options,

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/damped_gauss_newton.h"
 #include "deepuav/estimation/reprojection.h"
@@ -179,9 +180,9 @@ bool UsableCorrespondence(const Sim3Correspondence& correspondence) {
 }
 
 void Sim3OptimisationOptions::Check() const {
-  CheckOption(rounds >= 1, "rounds", rounds, "at least 1");
-  CheckOption(iterations >= 1, "iterations", iterations, "at least 1");
-  CheckOption(chi_square > 0 && std::isfinite(chi_square), "chi_square", chi_square, "above 0");
+  CheckRange("rounds", rounds, 1, 50);
+  CheckRange("iterations", iterations, 1, 100);
+  CheckPositive("chi_square", chi_square, 1e6);
 }
 
 Sim3OptimisationResult OptimizeSim3(const Pinhole& pinhole,

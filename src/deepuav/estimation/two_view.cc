@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/reprojection.h"
@@ -214,11 +215,11 @@ std::vector<TwoViewSolution> Choose(const TwoViewProblem& problem,
 }  // namespace
 
 void TwoViewOptions::Check() const {
-  CheckOption(max_error_px > 0, "max_error_px", max_error_px, "above 0");
+  CheckPositive("max_error_px", max_error_px, 1000);
   CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "between 0 and 1");
-  CheckOption(max_iterations >= 1, "max_iterations", max_iterations, "at least 1");
-  CheckOption(min_inliers >= 8, "min_inliers", min_inliers, "at least 8");
-  CheckOption(min_parallax_deg >= 0, "min_parallax_deg", min_parallax_deg, "at least 0");
+  CheckRange("max_iterations", max_iterations, 1, 20'000);
+  CheckRange("min_inliers", min_inliers, 8, 100'000);
+  CheckRange("min_parallax_deg", min_parallax_deg, 0, 90);
   CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
               "above 0.5 and at most 1");
   CheckOption(min_homography_share >= 0 && min_homography_share < 1, "min_homography_share",

@@ -106,6 +106,26 @@ double Evaluation::Completeness() const {
   return truth.empty() ? 0 : static_cast<double>(found.size()) / static_cast<double>(truth.size());
 }
 
+double Evaluation::ComparedPathM() const {
+  if (matched_truth.empty()) return 0;
+  Trajectory compared;
+  for (const TimedPose& pose : truth) {
+    if (pose.time >= matched_truth.front().time && pose.time <= matched_truth.back().time)
+      compared.push_back(pose);
+  }
+  return PathLengthM(compared);
+}
+
+double PathLengthM(const Trajectory& trajectory) {
+  double length_m = 0;
+  for (size_t i = 1; i < trajectory.size(); ++i) {
+    length_m += (trajectory[i].world_from_cam.translation() -
+                 trajectory[i - 1].world_from_cam.translation())
+                    .norm();
+  }
+  return length_m;
+}
+
 Eigen::Vector3d AntennaOf(const Truth& truth, const EvaluationOptions& options) {
   return options.antenna_cam_m.value_or(truth.antenna_cam_m);
 }
@@ -124,6 +144,7 @@ Evaluation EvaluateTrajectory(const Truth& truth, const Trajectory& estimate,
   evaluation.time_offset_s = association.time_offset_s;
   evaluation.interpolated = association.interpolate;
   evaluation.horizontal = options.horizontal || !truth.has_altitude;
+  evaluation.z_is_up = truth.z_is_up;
   evaluation.antenna_cam_m = AntennaOf(truth, options);
   const Trajectory part_of_estimate =
       SelectPart(truth.trajectory, estimate, options, association, &evaluation.truth);

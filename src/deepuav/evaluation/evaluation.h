@@ -48,13 +48,18 @@ struct Evaluation {
   double time_offset_s = 0;     ///< Added to the estimate's times: as found, where searched.
   bool interpolated = false;    ///< Compared at the truth's moments, not at the nearest poses.
   bool horizontal = false;      ///< Errors are of x and y alone.
+  bool z_is_up = false;         ///< In the truth, which is known of some only.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();
   AbsoluteError ate;
   std::optional<RelativeError> rpe;  ///< Nothing where no two poses are the step apart.
 
   /// The part of the truth's poses that has an estimate, in 0..1.
   double Completeness() const;
+  /// The truth's path from the first pose that has an estimate to the last, metres.
+  double ComparedPathM() const;
 };
+
+double PathLengthM(const Trajectory& trajectory);
 
 /// The point of the camera whose path the truth is, metres.
 Eigen::Vector3d AntennaOf(const Truth& truth, const EvaluationOptions& options);

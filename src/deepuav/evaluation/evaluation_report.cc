@@ -19,16 +19,6 @@ const std::pair<const char*, std::optional<AlignmentKind>> kAlignmentNames[] = {
 constexpr std::pair<const char*, RpeUnit> kRpeUnitNames[] = {
     {"frames", RpeUnit::kFrames}, {"m", RpeUnit::kMetres}, {"s", RpeUnit::kSeconds}};
 
-double PathLength(const Trajectory& trajectory) {
-  double length = 0;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    length += (trajectory[i].world_from_cam.translation() -
-               trajectory[i - 1].world_from_cam.translation())
-                  .norm();
-  }
-  return length;
-}
-
 nlohmann::json StatisticsJson(const ErrorStatistics& statistics) {
   return {{"count", statistics.count}, {"rmse", statistics.rmse},     {"mean", statistics.mean},
           {"std", statistics.std},     {"median", statistics.median}, {"min", statistics.min},
@@ -108,7 +98,8 @@ nlohmann::json EvaluationJson(const Evaluation& evaluation, const EvaluationOpti
       nlohmann::json::array({antenna_cam_m.x(), antenna_cam_m.y(), antenna_cam_m.z()});
   nlohmann::json json = {
       {"truth_poses", evaluation.truth.size()},
-      {"truth_path_m", PathLength(evaluation.truth)},
+      {"truth_path_m", PathLengthM(evaluation.truth)},
+      {"compared_path_m", evaluation.ComparedPathM()},
       {"estimate_poses", evaluation.estimate_poses},
       {"associated_poses", evaluation.matched_truth.size()},
       {"shared_poses", evaluation.shared_poses},
@@ -143,7 +134,7 @@ std::string EvaluationTable(const Evaluation& evaluation, const EvaluationOption
                          antenna.x(), antenna.y(), antenna.z());
   }
   table += fmt::format("Truth path {:.3f} m; alignment {}, scale {:.6f}\n\n",
-                       PathLength(evaluation.truth), AlignmentName(options.alignment),
+                       PathLengthM(evaluation.truth), AlignmentName(options.alignment),
                        evaluation.ate.truth_from_estimate.scale());
   table += fmt::format("{:<22}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}\n", "", "rmse", "mean", "median",
                        "std", "min", "max");

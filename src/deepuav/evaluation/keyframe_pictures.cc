@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/evaluation/packed_array.h"
 
@@ -90,8 +91,8 @@ std::vector<uint16_t> SharedKeypoints(const Map& map, const Keyframe& first,
 }  // namespace
 
 void PictureOptions::Check() const {
-  CheckOption(pairs >= 0, "pairs", pairs, "0 or more");
-  CheckOption(width_px >= 1, "width_px", width_px, "at least 1");
+  CheckRange("pairs", pairs, 0, 100'000);
+  CheckRange("width_px", width_px, 1, 16'384);
   CheckOption(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg_quality", jpeg_quality, "0 to 100");
 }
 

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/evaluation/page_files.h"
 
@@ -47,9 +48,7 @@ std::string SlotContent(std::string_view slot, const nlohmann::ordered_json& dat
 
 }  // namespace
 
-void ReportPageOptions::Check() const {
-  CheckOption(max_points >= 0, "max_points", max_points, "0 or more");
-}
+void ReportPageOptions::Check() const { CheckRange("max_points", max_points, 0, 100'000'000); }
 
 std::string ReportPage(const std::vector<RunReport>& reports, const std::string& version,
                        const ReportPageOptions& options) {

@@ -217,7 +217,7 @@ std::vector<double> Component(const Trajectory& first, const Trajectory& second,
 
 /// The path in plan, coloured by its error up to the `kLargestShownQuantile` of the errors.
 std::string ErrorAlongPath(const Evaluation& evaluation) {
-  const std::array<int, 2> plan = PlanAxes(evaluation.truth);
+  const std::array<int, 2> plan = PlanAxes(evaluation.truth, evaluation.z_is_up);
   const Trajectory& path = evaluation.matched_estimate;
   const PlotAxes axes =
       PlotAxes::EqualScale({{kLeft, kTop}, {kSquare, kSquare}},

@@ -115,6 +115,49 @@ TEST_F(ReportTest, ComparesWithTheTruth) {
             report.evaluation->ate.statistics_m.rmse);
 }
 
+TEST_F(ReportTest, CountsLostFramesByTheirReason) {
+  std::ofstream(folder_ / "a/run/frames.csv")
+      << "frame,time_ns,state,map,key_points,landmarks,keyframe,reason\n"
+         "0,0,initialising,,90,0,,\"90 key points, 100 needed\"\n"
+         "1,1,tracked,0,500,90,0,\n"
+         "2,2,lost,,500,4,,\"4 inliers\"\n"
+         "3,3,located,0,500,70,,\"4 inliers\"\n"
+         "7,7,lost,,500,14,,\"14 inliers\"\n"
+         "9,9,lost,,0,0,,\n";
+  const std::vector<LostFrames> lost = ReadRunFolder(folder_ / "a/run").lost;
+  ASSERT_EQ(lost.size(), 3u);
+  EXPECT_EQ(lost[0].reason, "N inliers");
+  EXPECT_EQ(lost[0].count, 2);
+  EXPECT_EQ(lost[0].first, 2);
+  EXPECT_EQ(lost[0].last, 7);
+  EXPECT_EQ(lost[1].reason, "N key points, N needed");
+  EXPECT_EQ(lost[2].reason, "no reason was noted");
+  std::ofstream(folder_ / "a/run/frames.csv") << "frame\n1,2\n";
+  EXPECT_THAT([&] { ReadRunFolder(folder_ / "a/run"); },
+              testing::Throws<Error>(testing::Property(&Error::what, HasSubstr("frames.csv:2"))));
+}
+
+TEST_F(ReportTest, GreyPointsAreLeftToBeColouredByHeight) {
+  std::vector<ColoredPoint> points = {ColoredPoint::Grey({0, 0, 0}, 20),
+                                      ColoredPoint::Grey({0, 0, 1}, 200)};
+  WritePly(folder_ / "a/run/points.ply", points);
+  EXPECT_FALSE(RunReportJson(Compared(folder_ / "a/run"), 30)["cloud"].contains("rgb"));
+  points[1].rgb = {200, 20, 20};
+  WritePly(folder_ / "a/run/points.ply", points);
+  EXPECT_TRUE(RunReportJson(Compared(folder_ / "a/run"), 30)["cloud"].contains("rgb"));
+}
+
+TEST_F(ReportTest, TheErrorIsAShareOfThePathThatWasCompared) {
+  Trajectory part = ReadTrajectory(folder_ / "a/run/trajectory.txt");
+  part.resize(part.size() / 2);
+  WriteTrajectory(folder_ / "a/run/trajectory.txt", part);
+  const nlohmann::ordered_json json = RunReportJson(Compared(folder_ / "a/run"), 30);
+  const nlohmann::ordered_json& figures = json["evaluation"]["figures"];
+  const double whole_m = figures["truth_path_m"], part_m = figures["compared_path_m"];
+  EXPECT_NEAR(part_m, PathLengthM(MakeFlight(100, 20)), 1e-6);
+  EXPECT_GT(whole_m, 1.5 * part_m);
+}
+
 TEST_F(ReportTest, WithoutTruthThereIsAReason) {
   RunReport report;
   report.run = ReadRunFolder(folder_ / "a/run");

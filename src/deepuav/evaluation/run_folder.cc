@@ -103,6 +103,52 @@ std::vector<std::pair<std::string, std::vector<double>>> ReadTimings(
   return stages;
 }
 
+/// A reason as frames share it: with N for every number.
+std::string WithoutNumbers(std::string_view reason) {
+  std::string shared;
+  bool in_number = false;
+  for (const char c : reason) {
+    const bool is_digit = c >= '0' && c <= '9';
+    if (!is_digit && c != '"') shared += c;
+    if (is_digit && !in_number) shared += 'N';
+    in_number = is_digit;
+  }
+  return shared;
+}
+
+/// The columns of frames.csv that are read: frame,time_ns,state,map,key_points,landmarks,keyframe
+/// and the reason, which is quoted and may hold commas.
+std::vector<LostFrames> ReadLostFrames(const std::filesystem::path& file) {
+  constexpr size_t kState = 2, kReason = 7;
+  const TextFile text(file);
+  std::vector<LostFrames> lost;
+  std::vector<std::string_view> fields;
+  for (size_t i = 1; i < text.lines().size(); ++i) {
+    const TextLine& line = text.lines()[i];
+    SplitAtCommas(line.text, &fields);
+    if (fields.size() <= kReason) {
+      throw Error("{}: {} fields: expected {} (frame to reason)", text.Where(line), fields.size(),
+                  kReason + 1);
+    }
+    if (fields[kState] != "lost" && fields[kState] != "initialising") continue;
+    std::string reason = "no reason was noted";
+    if (!fields[kReason].empty()) {
+      reason = WithoutNumbers(
+          line.text.substr(static_cast<size_t>(fields[kReason].data() - line.text.data())));
+    }
+    const auto frame =
+        static_cast<int64_t>(ParseFinite(fields[0], text.Where(line), "the frame's number"));
+    auto known = std::find_if(lost.begin(), lost.end(),
+                              [&](const LostFrames& one) { return one.reason == reason; });
+    if (known == lost.end()) known = lost.insert(lost.end(), {reason, 0, frame, frame});
+    ++known->count;
+    known->last = frame;
+  }
+  std::stable_sort(lost.begin(), lost.end(),
+                   [](const LostFrames& a, const LostFrames& b) { return a.count > b.count; });
+  return lost;
+}
+
 }  // namespace
 
 std::string RunFolder::Text(const std::string& pointer) const {
@@ -125,6 +171,7 @@ RunFolder ReadRunFolder(const std::filesystem::path& path) {
     run.keyframes = ReadPoses(path / "keyframes.txt");
   if (std::filesystem::exists(path / "timings.csv"))
     run.stage_ms = ReadTimings(path / "timings.csv");
+  if (std::filesystem::exists(path / "frames.csv")) run.lost = ReadLostFrames(path / "frames.csv");
   if (std::filesystem::exists(path / "points.ply")) run.points = ReadPly(path / "points.ply");
   return run;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,13 @@
 
 namespace deepuav {
 
+/// Frames without a pose that have their reason in common.
+struct LostFrames {
+  std::string reason;  ///< N stands for its numbers.
+  int count = 0;
+  int64_t first = 0, last = 0;  ///< Numbers of frames.
+};
+
 /// What `deepuav run` wrote into its output folder, but for the map.
 struct RunFolder {
   std::filesystem::path path;
@@ -19,6 +27,7 @@ struct RunFolder {
   Trajectory trajectory, keyframes;  ///< Of the main map; empty where no map was started.
   std::vector<std::pair<std::string, std::vector<double>>> stage_ms;  ///< In the file's order.
   std::vector<ColoredPoint> points;
+  std::vector<LostFrames> lost;  ///< The most frequent reason first.
 
   /// The summary's text at a path of keys as "/dataset/path", or nothing.
   std::string Text(const std::string& pointer) const;

@@ -74,6 +74,7 @@ Json EvaluationSection(const RunReport& report) {
   const Timestamp start = report.Start();
   return {{"source", report.truth_source},
           {"figures", figures},
+          {"z_is_up", evaluation.z_is_up},
           {"truth", PathJson(evaluation.truth, start, 0)},
           {"matched", PathJson(evaluation.matched_estimate, start, evaluation.time_offset_s)},
           {"matched_truth", PathJson(evaluation.matched_truth, start, 0)},
@@ -92,7 +93,7 @@ Json CloudJson(const RunReport& report, int max_points) {
     const ColoredPoint& point = all[i * all.size() / kept];
     points.emplace_back((world_from_map * point.position).cast<float>());
     colors.insert(colors.end(), point.rgb.begin(), point.rgb.end());
-    is_colored |= point.rgb != all.front().rgb;
+    is_colored |= point.rgb[0] != point.rgb[1] || point.rgb[1] != point.rgb[2];
   }
   Json cloud = PackPoints(points);
   cloud["count"] = kept;
@@ -118,6 +119,17 @@ Json StagesJson(const RunFolder& run) {
     stages.push_back({{"name", name}, {"ms", PackFloats(Floats(ms))}});
   }
   return stages;
+}
+
+Json LostJson(const RunFolder& run) {
+  Json reasons = Json::array();
+  for (const LostFrames& lost : run.lost) {
+    reasons.push_back({{"reason", lost.reason},
+                       {"frames", lost.count},
+                       {"first", lost.first},
+                       {"last", lost.last}});
+  }
+  return reasons;
 }
 
 /// The dataset of the run, if it is still where it was, with the camera that the run was given.
@@ -198,6 +210,7 @@ nlohmann::ordered_json RunReportJson(const RunReport& report, int max_points) {
                {"cloud", CloudJson(report, max_points)},
                {"growth", GrowthJson(report)},
                {"stages", StagesJson(report.run)},
+               {"lost", LostJson(report.run)},
                {"pictures", report.pictures}};
   json["keyframes"]["q"] = PackFloats(Orientations(keyframes));
   json["evaluation"] = report.evaluation ? EvaluationSection(report) : Json();

@@ -150,7 +150,8 @@ void DrawTitleAndLegend(SvgWriter& svg, const Evaluation& evaluation,
 
 }  // namespace
 
-std::array<int, 2> PlanAxes(const Trajectory& truth) {
+std::array<int, 2> PlanAxes(const Trajectory& truth, bool z_is_up) {
+  if (z_is_up) return {0, 1};
   Eigen::Vector3d low = truth.front().world_from_cam.translation(), high = low;
   for (const TimedPose& pose : truth) {
     low = low.cwiseMin(pose.world_from_cam.translation());
@@ -173,7 +174,7 @@ std::string PlotTrajectories(const Evaluation& evaluation, const EvaluationOptio
   SvgWriter svg(kWidth, kHeight);
   svg.Rectangle({0, 0}, {kWidth, kHeight}, "#ffffff", "none");
   DrawTitleAndLegend(svg, evaluation, options);
-  DrawPlan(svg, truth, estimate, PlanAxes(evaluation.truth));
+  DrawPlan(svg, truth, estimate, PlanAxes(evaluation.truth, evaluation.z_is_up));
   DrawErrors(svg, estimate, evaluation.ate.errors_m, time);
   DrawComponents(svg, truth, estimate, time);
   return svg.Document();

@@ -91,7 +91,16 @@ TEST(TrajectoryPlot, PlanShowsTheTwoLongestAxes) {
     along_x_and_z.push_back(
         {AtSeconds(i), SE3(Eigen::Quaterniond::Identity(), {1.0 * i, 0.01 * i, 0.5 * (i % 5)})});
   }
-  EXPECT_THAT(PlanAxes(along_x_and_z), testing::ElementsAre(0, 2));
+  EXPECT_THAT(PlanAxes(along_x_and_z, false), testing::ElementsAre(0, 2));
+}
+
+TEST(TrajectoryPlot, PlanOfAClimbIsSeenFromAboveWhereUpIsKnown) {
+  Trajectory climb;
+  for (int i = 0; i < 20; ++i) {
+    climb.push_back(
+        {AtSeconds(i), SE3(Eigen::Quaterniond::Identity(), {0.2 * (i % 3), 0.1 * i, 10.0 * i})});
+  }
+  EXPECT_THAT(PlanAxes(climb, true), testing::ElementsAre(0, 1));
 }
 
 TEST(Svg, EscapesText) { EXPECT_EQ(EscapeXml("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;"); }

@@ -79,6 +79,7 @@ Truth TruthOfFixes(const std::vector<TimedFix>& fixes, bool has_altitude) {
   truth.trajectory = LocalTrajectory(fixes, has_altitude);
   truth.has_orientation = false;
   truth.has_altitude = has_altitude;
+  truth.z_is_up = true;
   return truth;
 }
 
@@ -147,10 +148,14 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
   if (is_sensors) folders.push_back(std::filesystem::absolute(path / "..").lexically_normal());
   for (const std::filesystem::path& folder : folders) {
     for (const char* name : kCameraTruthFiles)
-      if (std::filesystem::exists(folder / name)) return ReadPoses(folder / name);
+      if (std::filesystem::exists(folder / name)) {
+        Truth truth = ReadPoses(folder / name);
+        truth.z_is_up = std::filesystem::is_directory(sensors / kCameraFolder);
+        return truth;
+      }
   }
   if (std::filesystem::exists(sensors / kBodyTruthFile))
-    return {.trajectory = ReadBodyTruth(sensors)};
+    return {.trajectory = ReadBodyTruth(sensors), .z_is_up = true};
   if (std::filesystem::exists(sensors / kReceiverFile))
     return ReadReceiver(sensors / kReceiverFile, options.altitude);
   return ReadPhotographs(path, options.altitude && options.photograph_altitude);

@@ -16,6 +16,7 @@ struct Truth {
   bool has_altitude = true;       ///< False: z means nothing, and errors are horizontal.
   bool has_own_clock = false;     ///< Taken at other moments than the images, as by a receiver.
   bool has_pose_numbers = false;  ///< Of KITTI: its poses are told apart by their lines.
+  bool z_is_up = false;           ///< Known to be; false where nothing says so.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();  ///< Whose positions they are.
 };
 

@@ -58,6 +58,21 @@ TEST(LoadTruth, TheFolderOfSensorsItselfHasTheTruthOfItsDataset) {
   fs::remove_all(folder);
 }
 
+TEST(LoadTruth, KnowsWhereZIsUp) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "deepuav_up_truth_test";
+  fs::create_directories(folder / "flight/mav0/cam0");
+  fs::create_directories(folder / "tum");
+  WriteTrajectory(folder / "flight/groundtruth.txt", MakeFlight(10, 10));
+  WriteTrajectory(folder / "tum/groundtruth.txt", MakeFlight(10, 10));
+  std::ofstream(folder / "fixes.csv") << "time,lat,lon\n1,0,0.001\n2,0,0.002\n";
+  EXPECT_TRUE(LoadTruth(folder / "flight").z_is_up);
+  EXPECT_TRUE(LoadTruth(folder / "fixes.csv").z_is_up);
+  EXPECT_FALSE(LoadTruth(folder / "tum").z_is_up);
+  EXPECT_FALSE(LoadTruth(folder / "flight/groundtruth.txt").z_is_up);
+  fs::remove_all(folder);
+}
+
 TEST(LoadTruth, KittiPosesTakeTheirTimesFromTimesTxt) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "deepuav_kitti_truth_test";

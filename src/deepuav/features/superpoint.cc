@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/time.h"
 
@@ -29,9 +30,9 @@ std::optional<double> UndistortionMagnification(const Camera& camera,
 
 void SuperPointOptions::Check() const {
   if (model.empty()) throw Error("option features.model is empty: expected the file of a network");
-  CheckOption(keypoints >= 1, "features.keypoints", keypoints, "at least 1");
+  CheckRange("features.keypoints", keypoints, 1, 20'000);
   CheckOption(threshold >= 0 && threshold < 1, "features.threshold", threshold, "0 to below 1");
-  CheckOption(faint_keypoints >= 0, "features.faint_keypoints", faint_keypoints, "at least 0");
+  CheckRange("features.faint_keypoints", faint_keypoints, 0, 20'000);
   CheckOption(faint_threshold >= 0 && faint_threshold < 1, "features.faint_threshold",
               faint_threshold, "0 to below 1");
   constexpr int kMostPx = 1000;
@@ -42,7 +43,7 @@ void SuperPointOptions::Check() const {
               subpixel_sigma, "0 to 8 px");
   CheckOption(subpixel_max_offset >= 0 && subpixel_max_offset <= 1, "features.subpixel_max_offset",
               subpixel_max_offset, "0 to 1 px");
-  CheckOption(sigma > 0, "features.sigma", sigma, "more than 0 px");
+  CheckPositive("features.sigma", sigma, 100);
 }
 
 SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,

@@ -129,6 +129,36 @@ void CheckNoFoldInImage(const Camera& camera, const std::string& source) {
   }
 }
 
+// Of coefficients that are typed wrongly, most move what lies at the edge of the image by orders of
+// magnitude; the strongest lenses by less than this factor.
+constexpr double kStrongestLens = 10;
+
+void CheckLensIsPlausible(const Camera& camera, const std::string& source) {
+  if (camera.lens == LensModel::kPinhole) return;
+  const Pinhole& pinhole = camera.pinhole;
+  const Eigen::Vector2d last(camera.width - 1, camera.height - 1);
+  int unseen = 0;
+  for (const Eigen::Vector2d& side : {Eigen::Vector2d(0, pinhole.cy),
+                                      {last.x(), pinhole.cy},
+                                      {pinhole.cx, 0},
+                                      {pinhole.cx, last.y()}}) {
+    const std::optional<Eigen::Vector2d> seen = camera.Undistort(side);
+    const double taken = pinhole.Unproject(side).head<2>().norm();
+    if (!seen) ++unseen;
+    if (!seen || taken == 0) continue;
+    double undistorted = pinhole.Unproject(*seen).head<2>().norm();
+    if (camera.lens == LensModel::kEquidistant) undistorted = std::atan(undistorted);
+    if (taken < kStrongestLens * undistorted && undistorted < kStrongestLens * taken) continue;
+    throw Error(
+        "{}: distortion moves the edge of the image by a factor of {:.3g}: expected less than {}",
+        source, std::max(taken / undistorted, undistorted / taken), kStrongestLens);
+  }
+  // A fisheye's edges may lie beyond what a pinhole camera can see.
+  constexpr int kSides = 4;
+  if (unseen == kSides && camera.lens == LensModel::kRadialTangential)
+    throw Error("{}: distortion leaves no ray to any edge of the image", source);
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 2, 3> Pinhole::ProjectJacobian(const Eigen::Vector3d& point_cam) const {
@@ -162,6 +192,7 @@ void Camera::Check(const std::string& source) const {
   for (const double k : distortion)
     CheckField(std::isfinite(k), source, "distortion", k, "finite coefficients");
   CheckNoFoldInImage(*this, source);
+  CheckLensIsPlausible(*this, source);
 }
 
 std::optional<Eigen::Vector2d> Camera::Distort(const Eigen::Vector3d& point_cam) const {

@@ -275,6 +275,20 @@ TEST(LargestDifferencePx, IsThatOfTheFarthestCorner) {
   EXPECT_GT(LargestDifferencePx(plain, camera), 20) << "the lens alone";
 }
 
+TEST(CameraCheck, RefusesALensThatNoGlassHas) {
+  Camera camera = EurocCamera();
+  for (const std::vector<double>& distortion : std::vector<std::vector<double>>{
+           {1e10, 1e10, 0, 0}, {1e4, 0, 0, 0}, {0, 0, 1e10, 0}, {0, 0, 0, -1e10}}) {
+    camera.distortion = distortion;
+    ExpectRefused(camera, "distortion ");
+  }
+  camera = FisheyeCamera();
+  camera.distortion = {1e6, 0, 0, 0};
+  ExpectRefused(camera, "distortion moves the edge");
+  for (const Camera& real : {EurocCamera(), FiveCoefficientCamera(), FisheyeCamera()})
+    EXPECT_NO_THROW(real.Check("sensor.yaml"));
+}
+
 TEST(CameraCheck, RefusesALensThatFoldsInsideTheImage) {
   Camera camera = EurocCamera();
   camera.distortion = {-0.4, 0, 0, 0};  // folds at r = 0.913, seen 279 px from the centre

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/image/encoded_size.h"
 
 namespace deepuav {
@@ -78,6 +79,7 @@ bool IsTruncated(const Bytes& bytes) {
 }  // namespace
 
 GreyImage LoadGrey(const std::filesystem::path& file) {
+  RefuseNamedPipe(file);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream || std::filesystem::is_directory(file)) {
     throw Error("image {}: cannot be opened: expected a readable image file", file.string());

@@ -13,6 +13,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/sha256.h"
 #include "deepuav/inference/blob_cache.h"
@@ -162,7 +163,7 @@ size_t IndexOf(const std::vector<TensorInfo>& tensors, const std::string& name,
 }  // namespace
 
 void InferenceOptions::Check() const {
-  CheckOption(threads >= 1, "inference.threads", threads, "at least 1");
+  CheckRange("inference.threads", threads, 1, 1024);
   CheckPrecision("inference.precision", precision);
 }
 

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "deepuav/base/error.h"
+#include "deepuav/io/temporary_files.h"
 
 namespace deepuav {
 namespace {
@@ -50,10 +51,12 @@ AtomicFile::AtomicFile(const fs::path& file) : file_(file), target_(file) {
     descriptor_ = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     temporary_ = FolderOf(target_) / TemporaryName();
+    RememberTemporaryFile(temporary_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kMode);
   }
   if (descriptor_ < 0) {
     const int reason = errno;
+    ForgetTemporaryFile(temporary_);
     throw Error("{}: cannot be created: {}", file_.string(), std::strerror(reason));
   }
 }
@@ -64,7 +67,9 @@ void AtomicFile::Discard() noexcept {
   if (descriptor_ < 0) return;
   ::close(descriptor_);
   descriptor_ = -1;
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (temporary_.empty()) return;
+  ::unlink(temporary_.c_str());
+  ForgetTemporaryFile(temporary_);
 }
 
 void AtomicFile::Fail(const char* what) {
@@ -100,6 +105,7 @@ void AtomicFile::Commit() {
   const int descriptor = descriptor_;
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) Fail("cannot be renamed into place");
   descriptor_ = -1;
+  ForgetTemporaryFile(temporary_);
   ::close(descriptor);
   SyncFolder(FolderOf(target_));
 }

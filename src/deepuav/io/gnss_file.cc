@@ -1,5 +1,6 @@
 #include "deepuav/io/gnss_file.h"
 
+#include <GeographicLib/Geodesic.hpp>
 #include <algorithm>
 #include <cctype>
 #include <optional>
@@ -65,8 +66,35 @@ constexpr Unit<int> kPlacesOfSecond[] = {{"ns", 9},          {"nanosecond", 9}, 
                                          {"microsecond", 6}, {"ms", 3},         {"millisecond", 3},
                                          {"s", 0},           {"second", 0}};
 constexpr double kFoot_m = 0.3048;
-constexpr Unit<double> kMetres[] = {{"m", 1},        {"meter", 1},      {"metre", 1},
-                                    {"ft", kFoot_m}, {"foot", kFoot_m}, {"feet", kFoot_m}};
+constexpr Unit<double> kMetres[] = {{"m", 1},
+                                    {"meter", 1},
+                                    {"metre", 1},
+                                    {"ft", kFoot_m},
+                                    {"foot", kFoot_m},
+                                    {"feet", kFoot_m},
+                                    {"km", 1000},
+                                    {"kilometer", 1000},
+                                    {"kilometre", 1000},
+                                    {"cm", 0.01},
+                                    {"mm", 0.001},
+                                    {"yd", 3 * kFoot_m},
+                                    {"yard", 3 * kFoot_m}};
+
+/// The fields of a row, separated by commas, or by semicolons where it has any; without the quotes
+/// around them.
+void SplitRow(std::string_view line, Fields* fields) {
+  const char separator = line.find(';') == std::string_view::npos ? ',' : ';';
+  fields->clear();
+  while (true) {
+    const size_t end = std::min(line.find(separator), line.size());
+    std::string_view field = line.substr(0, end);
+    const size_t first = std::min(field.find_first_not_of(" \t\""), field.size());
+    field.remove_prefix(first);
+    fields->push_back(field.substr(0, field.find_last_not_of(" \t\"") + 1));
+    if (end == line.size()) return;
+    line.remove_prefix(end + 1);
+  }
+}
 
 /// The unit that a column's name ends with: the first word in brackets, or the word behind a space
 /// or an underscore. Nothing where it names none that is known.
@@ -90,7 +118,7 @@ std::optional<Value> UnitOf(std::string_view name, const Unit<Value> (&units)[kC
 /// The columns by their names; nothing where the line names no latitude.
 std::optional<Columns> ColumnsOfHead(std::string_view line) {
   Fields names;
-  SplitAtCommas(line, &names);
+  SplitRow(line, &names);
   std::optional<size_t> time, latitude, longitude, altitude;
   Columns columns;
   for (size_t i = 0; i < names.size(); ++i) {
@@ -152,7 +180,7 @@ void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Ta
   for (size_t i = first; i < text.lines().size(); ++i) {
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
-    SplitAtCommas(line.text, &fields);
+    SplitRow(line.text, &fields);
     if (!columns) {
       columns = Columns{};
       if (fields.size() > kFewestColumns) columns->altitude = kFewestColumns;
@@ -177,6 +205,24 @@ void CheckOnGlobe(const GeoFix& fix, const std::string& where) {
   if (std::abs(fix.longitude_deg) > kFullTurn) {
     throw Error("{}: longitude is {}: expected -180 to 180 degrees", where, fix.longitude_deg);
   }
+  constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
+  if (fix.altitude_m && !(*fix.altitude_m >= kLowest_m && *fix.altitude_m <= kHighest_m)) {
+    throw Error("{}: altitude is {} m: expected {} to {}", where, *fix.altitude_m, kLowest_m,
+                kHighest_m);
+  }
+}
+
+/// What carries a camera is not that fast; two logs in one file are, and a digit that was lost.
+void CheckReachable(const TimedFix& before, const TimedFix& after, const std::string& where) {
+  constexpr double kFastest_m_s = 1000, kAlwaysNear_m = 100'000;
+  double distance_m = 0;
+  GeographicLib::Geodesic::WGS84().Inverse(before.fix.latitude_deg, before.fix.longitude_deg,
+                                           after.fix.latitude_deg, after.fix.longitude_deg,
+                                           distance_m);
+  const double seconds = SecondsBetween(before.time, after.time);
+  if (distance_m <= kAlwaysNear_m || distance_m <= kFastest_m_s * seconds) return;
+  throw Error("{}: the position lies {:.0f} km from that {} s before: expected at most {} m/s",
+              where, distance_m / 1000, seconds, kFastest_m_s);
 }
 
 }  // namespace
@@ -185,7 +231,7 @@ bool IsGnssFile(const std::filesystem::path& file) {
   const std::string first_line = FirstLine(file);
   if (IsGpx(file, first_line) || ColumnsOfHead(first_line)) return true;
   Fields fields;
-  SplitAtCommas(first_line, &fields);
+  SplitRow(first_line, &fields);
   double number = 0;
   return fields.size() >= kFewestColumns && fields.size() < kFewestPoseColumns &&
          (IsNumber(fields[0], &number) || LooksLikeIsoTime(fields[0]));
@@ -201,6 +247,7 @@ std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file) {
       throw Error("{}: the time lies {} s before that of the fix before: expected growing times",
                   where, SecondsBetween(timed.time, fixes.back().time));
     }
+    if (!fixes.empty()) CheckReachable(fixes.back(), timed, where);
     if (fixes.empty() || fixes.back().time < timed.time) fixes.push_back(timed);
   };
   const std::string first_line = FirstLine(file);

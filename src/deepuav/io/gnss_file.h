@@ -25,13 +25,15 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// ("#timestamp [ns],latitude [deg],longitude [deg],altitude [m],..."); without names they are
 /// time, latitude, longitude and, if there is a fourth, altitude. Times are ISO 8601 or a number in
 /// the unit the name gives (s, ms, us, ns), without one in seconds, or nanoseconds where too large
-/// for these; altitudes in metres unless their name says feet. A line without latitude, with NaN or
-/// with latitude and longitude 0 is a moment without fix and left out.
+/// for these; altitudes in metres unless their name says feet, km or another length. Semicolons may
+/// stand for the commas, and fields in quotes. A line without latitude, with NaN or with latitude
+/// and longitude 0 is a moment without fix and left out.
 ///
 /// GPX: all points of all tracks, which must have times.
 ///
 /// Of several fixes with the same time the first is kept. Throws Error naming file and line for
-/// what is no number, outside of the globe or goes back in time, and for a file without fixes.
+/// what is no number, outside of the globe, too far from the fix before or goes back in time, and
+/// for a file without fixes.
 std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file);
 
 /// The EXIF positions of a folder of photographs (here or in images/), in the order and with the

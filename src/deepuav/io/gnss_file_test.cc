@@ -55,6 +55,49 @@ TEST_F(GnssFileTest, ReadsTheSimulatorsHead) {
   EXPECT_EQ(fixes[0].fix.altitude_m, 440.5);
 }
 
+TEST_F(GnssFileTest, RefusesHeightsThatNothingFliesAt) {
+  const std::string point =
+      R"(<trkpt lat="47" lon="8"><ele>1e308</ele><time>2024-05-01T10:00:00Z</time></trkpt>)";
+  EXPECT_THAT(ErrorOf("a.gpx", "<gpx><trk><trkseg>\n" + point + "</trkseg></trk></gpx>"),
+              AllOf(HasSubstr("a.gpx:2"), HasSubstr("altitude is 1e+308 m: expected -12000 to")));
+  EXPECT_THAT(ErrorOf("a.csv", "time,lat,lon,alt\n1,47,8,-20000\n"),
+              AllOf(HasSubstr("a.csv:2"), HasSubstr("altitude is -20000 m")));
+}
+
+TEST_F(GnssFileTest, RefusesFixesThatJumpAcrossTheEarth) {
+  EXPECT_THAT(ErrorOf("a.csv", "time,lat,lon\n1,47,8\n2,47,9\n3,-47,172\n"),
+              AllOf(HasSubstr("a.csv:4"), HasSubstr("km from that 1 s before")));
+  EXPECT_EQ(ReadGnssFile(Write("b.csv", "time,lat,lon\n1,47,179.9999\n2,47,-179.9999\n")).size(),
+            2u);
+}
+
+TEST_F(GnssFileTest, AltitudesHaveTheUnitOfTheirName) {
+  for (const auto& [name, metres] :
+       std::vector<std::pair<std::string, double>>{{"altitude(km)", 1500},
+                                                   {"altitude [m]", 1.5},
+                                                   {"height_feet", 1.5 * 0.3048},
+                                                   {"ele (cm)", 0.015},
+                                                   {"alt_yards", 1.5 * 0.9144},
+                                                   {"altitude", 1.5}}) {
+    const auto fixes = ReadGnssFile(Write("a.csv", "time,lat,lon," + name + "\n1,47,8,1.5\n"));
+    EXPECT_DOUBLE_EQ(fixes[0].fix.altitude_m.value_or(0), metres) << name;
+  }
+}
+
+TEST_F(GnssFileTest, ReadsSemicolonsAndQuotes) {
+  for (const std::string text :
+       {"time;latitude;longitude;altitude\n1;47.5;8.25;440\n",
+        "\"time\",\"latitude\",\"longitude\",\"altitude\"\n\"1\",\"47.5\",\"8.25\",\"440\"\n",
+        "1;47.5;8.25;440\n"}) {
+    const auto file = Write("a.csv", text);
+    EXPECT_TRUE(IsGnssFile(file)) << text;
+    const std::vector<TimedFix> fixes = ReadGnssFile(file);
+    ASSERT_EQ(fixes.size(), 1u) << text;
+    EXPECT_EQ(fixes[0].fix.latitude_deg, 47.5);
+    EXPECT_EQ(fixes[0].fix.altitude_m, 440);
+  }
+}
+
 TEST_F(GnssFileTest, SmallNanosecondsAreNotTakenForSeconds) {
   const auto file = Write("data.csv", "#timestamp [ns],latitude,longitude\n0,1,2\n200000000,1,2\n");
   EXPECT_EQ(ReadGnssFile(file)[1].time.nanoseconds, 200000000);

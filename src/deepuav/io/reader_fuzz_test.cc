@@ -1,18 +1,14 @@
-#include <sys/resource.h>
-
 #include <cmath>
-#include <cstdlib>
-#include <functional>
 
-#include "deepuav/base/random.h"
-#include "deepuav/base/time.h"
 #include "deepuav/image/image.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/io/euroc_sensor.h"
 #include "deepuav/io/exif.h"
+#include "deepuav/io/gnss_file.h"
 #include "deepuav/io/kitti_calibration.h"
 #include "deepuav/io/options_file.h"
+#include "deepuav/io/testing/fuzzing.h"
 #include "deepuav/io/testing/io_test_support.h"
 #include "deepuav/io/trajectory.h"
 
@@ -21,195 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
-
-constexpr uint64_t kSeed = 20240517;
-constexpr double kMaxSecondsPerInput = 10;  // a hang, even on a busy machine under a sanitizer
-constexpr int64_t kMaxMemoryGrowthKiB = 1 << 20;  // of the whole run
-constexpr size_t kMaxInputBytes = 1 << 16;
-
-// What has broken parsers of numbers, text and YAML before.
-const Strings& Tokens() {
-  static const Strings tokens = {"1e9",
-                                 "-1",
-                                 "0",
-                                 "nan",
-                                 "-inf",
-                                 ".nan",
-                                 "1e999",
-                                 "1e-999",
-                                 "99999999999999999999999999999999",
-                                 "-9223372036854775808",
-                                 "9223372036.854775807",
-                                 "2147483648",
-                                 "0x7fffffff",
-                                 "1e2147483647",
-                                 "1e-2147483648",
-                                 std::string(400, '9'),
-                                 std::string(2000, '['),
-                                 std::string(2000, '{'),
-                                 std::string(300, '-') + " ",
-                                 "&a ",
-                                 "*a",
-                                 "&a [*a, *a]",
-                                 "<<: ",
-                                 "? ",
-                                 "!!binary ",
-                                 "---\n",
-                                 "%YAML 9.9\n",
-                                 "|\n",
-                                 "\"",
-                                 "'",
-                                 ":",
-                                 ": ",
-                                 ",",
-                                 ",,,,,,,,,,",
-                                 "#",
-                                 "\r",
-                                 "\n",
-                                 "\t",
-                                 std::string(1, '\0'),
-                                 "\xEF\xBB\xBF",
-                                 "\xff\xfe",
-                                 "\xff\xd8\xff",
-                                 "../../../../",
-                                 "/dev/null",
-                                 "~",
-                                 "null"};
-  return tokens;
-}
-
-/// Damages inputs: reproducible by the seed.
-class Mutator {
- public:
-  explicit Mutator(const Strings* seeds) : random_(kSeed), seeds_(seeds) {}
-
-  std::string Next() {
-    std::string input = AnySeed();
-    for (int left = 1 + random_.Index(4); left > 0; --left) Mutate(&input);
-    if (input.size() > kMaxInputBytes) input.resize(kMaxInputBytes);
-    return input;
-  }
-
- private:
-  const std::string& AnySeed() {
-    return (*seeds_)[static_cast<size_t>(random_.Index(static_cast<int>(seeds_->size())))];
-  }
-  size_t Position(const std::string& input) {
-    return static_cast<size_t>(random_.Index(static_cast<int>(input.size()) + 1));
-  }
-  // A stretch of up to `longest` bytes.
-  std::pair<size_t, size_t> Stretch(const std::string& input, int longest) {
-    const size_t start = Position(input);
-    return {start, std::min(static_cast<size_t>(random_.Index(longest)), input.size() - start)};
-  }
-
-  void Mutate(std::string* input) {
-    switch (random_.Index(9)) {
-      case 0:
-        return FlipBytes(input);
-      case 1:
-        input->resize(Position(*input));
-        return;
-      case 2: {
-        const auto [start, length] = Stretch(*input, 64);
-        input->erase(start, length);
-        return;
-      }
-      case 3: {
-        const auto [start, length] = Stretch(*input, 256);
-        input->insert(Position(*input), input->substr(start, length));
-        return;
-      }
-      case 4: {
-        const std::string& other = AnySeed();
-        const size_t cut = Position(*input);
-        *input = input->substr(0, cut) + other.substr(Position(other));
-        return;
-      }
-      case 5:
-        input->insert(Position(*input), AnyToken());
-        return;
-      case 6:
-        return ReplaceNumber(input);
-      case 7:
-        return MoveLine(input);
-      default:
-        return FlipBytes(input);
-    }
-  }
-
-  const std::string& AnyToken() {
-    return Tokens()[static_cast<size_t>(random_.Index(static_cast<int>(Tokens().size())))];
-  }
-
-  void FlipBytes(std::string* input) {
-    for (int left = 1 + random_.Index(8); left > 0 && !input->empty(); --left) {
-      const size_t at = Position(*input) % input->size();
-      constexpr char kInteresting[] = {'\0', '\x7f', '\x80', '\xff', '-', '9'};
-      const bool random_byte = random_.Index(2) == 0;
-      (*input)[at] =
-          random_byte ? static_cast<char>(random_.Index(256)) : kInteresting[random_.Index(6)];
-    }
-  }
-
-  void ReplaceNumber(std::string* input) {
-    const size_t start = input->find_first_of("0123456789", Position(*input));
-    if (start == std::string::npos) return;
-    const size_t end = std::min(input->find_first_not_of("0123456789.eE+-", start), input->size());
-    input->replace(start, end - start, AnyToken());
-  }
-
-  void MoveLine(std::string* input) {
-    const size_t start = std::min(input->find('\n', Position(*input)), input->size());
-    const size_t end = std::min(input->find('\n', start + 1), input->size());
-    const std::string line = input->substr(start, end - start);
-    if (random_.Index(2) == 0) input->erase(start, end - start);
-    if (random_.Index(2) == 0) input->insert(Position(*input), line);
-  }
-
-  Random random_;
-  const Strings* seeds_;
-};
-
-int64_t PeakMemoryKiB() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_maxrss;
-}
-
-/// More inputs where $DEEPUAV_FUZZ_FACTOR asks for them, as the continuous integration does.
-int FuzzFactor() {
-  const char* factor = std::getenv("DEEPUAV_FUZZ_FACTOR");
-  return factor ? std::max(1, std::atoi(factor)) : 1;
-}
-
-/// Feeds `base_count` damaged seeds, times FuzzFactor(), to `read`, which must return or throw
-/// Error with one line, soon and in little memory. Some must be refused, and the seeds themselves
-/// must pass.
-void Fuzz(const Strings& seeds, int base_count,
-          const std::function<void(const std::string&)>& read) {
-  const int count = base_count * FuzzFactor();
-  for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
-  const int64_t memory_before = PeakMemoryKiB();
-  Mutator mutator(&seeds);
-  int refused = 0;
-  for (int i = 0; i < count && !::testing::Test::HasFailure(); ++i) {
-    const std::string input = mutator.Next();
-    const Stopwatch watch;
-    try {
-      read(input);
-    } catch (const Error& error) {
-      ++refused;
-      EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos)
-          << "input " << i << ": " << error.what();
-    } catch (const std::exception& exception) {
-      ADD_FAILURE() << "input " << i << ": not an Error: " << exception.what();
-    }
-    EXPECT_LT(watch.Seconds(), kMaxSecondsPerInput) << "input " << i;
-    EXPECT_LT(PeakMemoryKiB() - memory_before, kMaxMemoryGrowthKiB) << "input " << i;
-  }
-  EXPECT_GT(refused, count / 20);
-}
 
 void CheckCamera(const Camera& camera) {
   EXPECT_GT(camera.width, 0);
@@ -318,6 +125,32 @@ TEST_F(ReaderFuzzTest, TrajectoryTimes) {
   Fuzz({"0\n1.5e-1\n", "1403636584.763555584\n1403636584.8\n"}, 4000,
        [&](const std::string& input) {
          CheckTrajectory(ReadTrajectory(poses, folder_.Write("times.txt", input)));
+       });
+}
+
+void CheckFixes(const std::vector<TimedFix>& fixes) {
+  EXPECT_FALSE(fixes.empty());
+  for (const TimedFix& timed : fixes) {
+    EXPECT_LE(std::abs(timed.fix.latitude_deg), 90);
+    EXPECT_LT(std::abs(timed.fix.altitude_m.value_or(0)), 1e7);
+  }
+}
+
+TEST_F(ReaderFuzzTest, GnssTable) {
+  Fuzz({"time,latitude [deg],longitude [deg],altitude [km]\n1,47.5,8.25,0.44\n2,47.5,8.2501,0.44\n",
+        "\"time\";\"lat\";\"lon\"\n\"1403636584763555584\";47;8\n", "1,47,8,400\n2,47,8,401\n",
+        "timestamp,lat,lon\n2024-05-01T10:00:00.5Z,47,8\n"},
+       5000, [&](const std::string& input) {
+         CheckFixes(ReadGnssFile(folder_.Write("fixes.csv", input)));
+       });
+}
+
+TEST_F(ReaderFuzzTest, GpxFile) {
+  Fuzz({"<?xml version=\"1.0\"?><gpx><trk><trkseg><trkpt lat=\"47.5\" lon=\"8.25\"><ele>440</ele>"
+        "<time>2024-05-01T10:00:00Z</time></trkpt><trkpt lat=\"47.6\" lon=\"8.25\"><time>"
+        "2024-05-01T10:01:00Z</time></trkpt></trkseg></trk></gpx>"},
+       5000, [&](const std::string& input) {
+         CheckFixes(ReadGnssFile(folder_.Write("fixes.gpx", input)));
        });
 }
 

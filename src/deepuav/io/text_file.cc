@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 
 namespace deepuav {
 namespace {
@@ -91,6 +92,7 @@ std::string ReadHead(const std::filesystem::path& file, size_t max_bytes) {
   if (std::filesystem::is_directory(file, ignored)) {
     throw Error("{}: is a folder: expected a file", file.string());
   }
+  RefuseNamedPipe(file);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
                                                                &std::fclose);
   if (!stream) throw Error("{}: cannot be opened: {}", file.string(), std::strerror(errno));

@@ -1,11 +1,14 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <string_view>
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/layout_readers.h"
+#include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
@@ -59,8 +62,31 @@ class VideoDataset : public Dataset {
   cv::Mat decoded_;
 };
 
+/// FFmpeg, which goes by the content, would follow a list of files under a video's name to others.
+bool LooksLikeVideo(std::string_view head) {
+  constexpr std::string_view kMpegStarts[] = {{"\0\0\1", 3}, {"\0\0\0\1", 4}};
+  constexpr std::string_view kAtoms[] = {"ftyp", "moov", "mdat", "free", "skip", "wide", "pnot"};
+  constexpr size_t kAtomPlace = 4, kTransportPacket = 188, kTimedPacket = 192, kTimeBytes = 4;
+  constexpr char kSync = 0x47;
+  const auto at = [head](size_t place) { return place < head.size() ? head[place] : '\0'; };
+  const auto starts = [](std::string_view text, const auto& known) {
+    return std::any_of(std::begin(known), std::end(known),
+                       [text](std::string_view start) { return text.starts_with(start); });
+  };
+  return head.starts_with("RIFF") || head.starts_with("\x1a\x45\xdf\xa3") ||
+         starts(head, kMpegStarts) ||
+         (head.size() > kAtomPlace && starts(head.substr(kAtomPlace), kAtoms)) ||
+         (at(0) == kSync && at(kTransportPacket) == kSync) ||
+         (at(kTimeBytes) == kSync && at(kTimeBytes + kTimedPacket) == kSync);
+}
+
 void VideoDataset::Open() {
   next_frame_ = 0;
+  constexpr size_t kHeadBytes = 512;
+  if (!LooksLikeVideo(ReadHead(file_, kHeadBytes))) {
+    throw Error("{}: does not begin like a video: expected MP4, AVI, Matroska, WebM or MPEG",
+                file_.string());
+  }
   bool opened = false;
   // Named, as the others that OpenCV may hold guess at what a file could be and complain on stderr.
   for (const int backend : {cv::CAP_FFMPEG, cv::CAP_OPENCV_MJPEG}) {
@@ -90,6 +116,10 @@ void VideoDataset::ReadRate() {
 void VideoDataset::CheckSize() {
   const int width = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH));
   const int height = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT));
+  if (width <= 0 || height <= 0) {
+    throw Error("{}: no picture can be decoded: the video is damaged or cut before its first one",
+                file_.string());
+  }
   if (width == calibration_.camera.width && height == calibration_.camera.height) return;
   throw Error("{}: image is {}x{}: expected {}x{} as in {}", file_.string(), width, height,
               calibration_.camera.width, calibration_.camera.height, camera_file_.string());

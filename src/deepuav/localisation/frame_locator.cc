@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/patches/patch_measurement.h"
 
@@ -54,19 +55,17 @@ void FindReference(const LocalMap& local_map, LocatedFrame* located) {
 }  // namespace
 
 void LocatorOptions::Check() const {
-  CheckOption(predicted_radius_px > 0, "tracking.predicted_radius_px", predicted_radius_px,
-              "above 0");
-  CheckOption(local_radius_px > 0, "tracking.local_radius_px", local_radius_px, "above 0");
-  CheckOption(min_predicted_inliers >= 4, "tracking.min_predicted_inliers", min_predicted_inliers,
-              "at least 4");
+  CheckPositive("tracking.predicted_radius_px", predicted_radius_px, 10'000);
+  CheckPositive("tracking.local_radius_px", local_radius_px, 10'000);
+  CheckRange("tracking.min_predicted_inliers", min_predicted_inliers, 4, 100'000);
   CheckOption(min_predicted_ratio >= 0 && min_predicted_ratio <= 1, "tracking.min_predicted_ratio",
               min_predicted_ratio, "0 to 1");
   CheckOption(min_predicted_share >= 0 && min_predicted_share <= 1, "tracking.min_predicted_share",
               min_predicted_share, "0 to 1");
-  CheckOption(min_inliers >= 6, "tracking.min_inliers", min_inliers, "at least 6");
-  CheckOption(reference_tries >= 1, "tracking.reference_tries", reference_tries, "at least 1");
-  CheckOption(local_rounds >= 1, "tracking.local_rounds", local_rounds, "at least 1");
-  CheckOption(min_round_growth >= 1, "tracking.min_round_growth", min_round_growth, "at least 1");
+  CheckRange("tracking.min_inliers", min_inliers, 6, 100'000);
+  CheckRange("tracking.reference_tries", reference_tries, 1, 100);
+  CheckRange("tracking.local_rounds", local_rounds, 1, 20);
+  CheckRange("tracking.min_round_growth", min_round_growth, 1, 100);
   patches.Check();
   visibility.Check();
   projection.Check();

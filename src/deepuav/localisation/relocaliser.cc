@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/turned_describer.h"
 
@@ -96,13 +97,11 @@ double MeanDistance(const LocatedFrame& located, const LocalMap& local_map) {
 }  // namespace
 
 void RelocaliserOptions::Check() const {
-  CheckOption(neighbours >= 0, "looping.relocaliser.neighbours", neighbours, "0 or more");
-  CheckOption(thorough_candidates >= 0, "looping.relocaliser.thorough_candidates",
-              thorough_candidates, "0 or more");
-  CheckOption(min_matches >= 4, "looping.relocaliser.min_matches", min_matches, "at least 4");
-  CheckOption(search_radius_px > 0, "looping.relocaliser.search_radius_px", search_radius_px,
-              "above 0");
-  CheckOption(min_inliers >= 6, "looping.relocaliser.min_inliers", min_inliers, "at least 6");
+  CheckRange("looping.relocaliser.neighbours", neighbours, 0, 1000);
+  CheckRange("looping.relocaliser.thorough_candidates", thorough_candidates, 0, 1000);
+  CheckRange("looping.relocaliser.min_matches", min_matches, 4, 100'000);
+  CheckPositive("looping.relocaliser.search_radius_px", search_radius_px, 10'000);
+  CheckRange("looping.relocaliser.min_inliers", min_inliers, 6, 100'000);
   CheckOption(min_inlier_ratio >= 0 && min_inlier_ratio < 1, "looping.relocaliser.min_inlier_ratio",
               min_inlier_ratio, "0 to below 1");
   constexpr int kMostCells = 1000;
@@ -112,9 +111,8 @@ void RelocaliserOptions::Check() const {
               "looping.relocaliser.min_cells", min_cells, "1 to the number of cells");
   CheckOption(rival_ratio > 0 && rival_ratio <= 1, "looping.relocaliser.rival_ratio", rival_ratio,
               "above 0, at most 1");
-  CheckOption(rival_distance > 0, "looping.relocaliser.rival_distance", rival_distance, "above 0");
-  CheckOption(rival_angle_deg > 0, "looping.relocaliser.rival_angle_deg", rival_angle_deg,
-              "above 0");
+  CheckPositive("looping.relocaliser.rival_distance", rival_distance, 1e6);
+  CheckPositive("looping.relocaliser.rival_angle_deg", rival_angle_deg, 180);
   absolute_pose.Check();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -64,9 +65,8 @@ void AddLoopEdges(const Map& map, const std::map<KeyframeId, Sim3>& moved,
 }  // namespace
 
 void EssentialGraphOptions::Check() const {
-  CheckOption(min_shared_landmarks >= 1, "looping.essential_graph.min_shared_landmarks",
-              min_shared_landmarks, "at least 1");
-  CheckOption(loop_weight > 0, "looping.essential_graph.loop_weight", loop_weight, "above 0");
+  CheckRange("looping.essential_graph.min_shared_landmarks", min_shared_landmarks, 1, 1'000'000);
+  CheckPositive("looping.essential_graph.loop_weight", loop_weight, 1e6);
   pose_graph.Check();
 }
 

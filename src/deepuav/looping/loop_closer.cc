@@ -5,6 +5,7 @@
 #include <set>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -42,17 +43,14 @@ std::set<KeyframeId> Surroundings(const Map& map, KeyframeId keyframe, int min_s
 }  // namespace
 
 void LoopingOptions::Check() const {
-  CheckOption(agreeing_keyframes >= 1, "looping.agreeing_keyframes", agreeing_keyframes,
-              "at least 1");
+  CheckRange("looping.agreeing_keyframes", agreeing_keyframes, 1, 1000);
   CheckOption(memory_keyframes >= agreeing_keyframes, "looping.memory_keyframes", memory_keyframes,
               "at least agreeing_keyframes");
-  CheckOption(max_disagreement_px > 0, "looping.max_disagreement_px", max_disagreement_px,
-              "above 0");
-  CheckOption(max_scale_disagreement > 0, "looping.max_scale_disagreement", max_scale_disagreement,
-              "above 0");
-  CheckOption(rest_keyframes >= 0, "looping.rest_keyframes", rest_keyframes, "0 or more");
-  CheckOption(moved_keyframes >= 1, "looping.moved_keyframes", moved_keyframes, "at least 1");
-  CheckOption(min_near_shared >= 1, "looping.min_near_shared", min_near_shared, "at least 1");
+  CheckPositive("looping.max_disagreement_px", max_disagreement_px, 10'000);
+  CheckPositive("looping.max_scale_disagreement", max_scale_disagreement, 100);
+  CheckRange("looping.rest_keyframes", rest_keyframes, 0, 1'000'000);
+  CheckRange("looping.moved_keyframes", moved_keyframes, 1, 1'000'000);
+  CheckRange("looping.min_near_shared", min_near_shared, 1, 1'000'000);
   recogniser.Check();
   relocaliser.Check();
   verifier.Check();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -24,12 +25,12 @@ double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3
 }  // namespace
 
 void VerifierOptions::Check() const {
-  CheckOption(min_pairs >= 3, "looping.verifier.min_pairs", min_pairs, "at least 3");
+  CheckRange("looping.verifier.min_pairs", min_pairs, 3, 100'000);
   CheckOption(max_known_ratio >= 0 && max_known_ratio <= 1, "looping.verifier.max_known_ratio",
               max_known_ratio, "0 to 1");
   CheckOption(min_pair_ratio >= 0 && min_pair_ratio <= 1, "looping.verifier.min_pair_ratio",
               min_pair_ratio, "0 to 1");
-  CheckOption(max_samples >= 1, "looping.verifier.max_samples", max_samples, "at least 1");
+  CheckRange("looping.verifier.max_samples", max_samples, 1, 10'000);
   place.Check();
   sim3.Check();
 }

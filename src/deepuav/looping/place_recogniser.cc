@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -19,14 +20,12 @@ MapId MapOf(const Atlas& atlas, const std::vector<MapId>& maps, KeyframeId keyfr
 }  // namespace
 
 void RecogniserOptions::Check() const {
-  CheckOption(max_hits >= 1, "looping.recogniser.max_hits", max_hits, "at least 1");
-  CheckOption(min_similarity >= 0, "looping.recogniser.min_similarity", min_similarity,
-              "0 or more");
+  CheckRange("looping.recogniser.max_hits", max_hits, 1, 100'000);
+  CheckRange("looping.recogniser.min_similarity", min_similarity, 0, 1);
   CheckOption(min_relative_similarity >= 0 && min_relative_similarity <= 1,
               "looping.recogniser.min_relative_similarity", min_relative_similarity, "0 to 1");
-  CheckOption(group_keyframes >= 0, "looping.recogniser.group_keyframes", group_keyframes,
-              "0 or more");
-  CheckOption(max_places >= 1, "looping.recogniser.max_places", max_places, "at least 1");
+  CheckRange("looping.recogniser.group_keyframes", group_keyframes, 0, 100'000);
+  CheckRange("looping.recogniser.max_places", max_places, 1, 1000);
 }
 
 PlaceRecogniser::PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options)

@@ -5,6 +5,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -136,13 +137,10 @@ LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const LandmarkOrder& landma
 }  // namespace
 
 void LocalMapOptions::Check() const {
-  CheckOption(max_keyframes >= 2, "mapping.local_map.max_keyframes", max_keyframes, "at least 2");
-  CheckOption(min_shared_landmarks >= 1, "mapping.local_map.min_shared_landmarks",
-              min_shared_landmarks, "at least 1");
-  CheckOption(max_landmarks >= 100, "mapping.local_map.max_landmarks", max_landmarks,
-              "at least 100");
-  CheckOption(max_heading_difference_deg > 0, "mapping.local_map.max_heading_difference_deg",
-              max_heading_difference_deg, "above 0");
+  CheckRange("mapping.local_map.max_keyframes", max_keyframes, 2, 10'000);
+  CheckRange("mapping.local_map.min_shared_landmarks", min_shared_landmarks, 1, 1'000'000);
+  CheckRange("mapping.local_map.max_landmarks", max_landmarks, 100, 1'000'000);
+  CheckPositive("mapping.local_map.max_heading_difference_deg", max_heading_difference_deg, 180);
   reference.Check();
 }
 

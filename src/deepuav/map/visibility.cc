@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -33,8 +34,7 @@ std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& ca
 void VisibilityOptions::Check() const {
   CheckOption(max_view_angle_deg > 0 && max_view_angle_deg < 90, "visibility.max_view_angle_deg",
               max_view_angle_deg, "above 0, below 90");
-  CheckOption(max_distance_factor >= 1, "visibility.max_distance_factor", max_distance_factor,
-              "at least 1");
+  CheckRange("visibility.max_distance_factor", max_distance_factor, 1, 1e6);
 }
 
 std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark,

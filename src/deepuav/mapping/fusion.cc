@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/keypoint_grid.h"
 
@@ -72,9 +73,9 @@ std::vector<LandmarkId> ValidLandmarks(const Keyframe& keyframe) {
 }  // namespace
 
 void FusionOptions::Check() const {
-  CheckOption(radius_px > 0, "mapping.fusion.radius_px", radius_px, "above 0");
-  CheckOption(second_ring >= 0, "mapping.fusion.second_ring", second_ring, "0 or more");
-  CheckOption(max_neighbours >= 1, "mapping.fusion.max_neighbours", max_neighbours, "at least 1");
+  CheckPositive("mapping.fusion.radius_px", radius_px, 1000);
+  CheckRange("mapping.fusion.second_ring", second_ring, 0, 1000);
+  CheckRange("mapping.fusion.max_neighbours", max_neighbours, 1, 1000);
   visibility.Check();
   projection.Check();
 }

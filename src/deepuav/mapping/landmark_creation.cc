@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/geometry/triangulation.h"
 
@@ -111,16 +112,12 @@ bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, do
 }  // namespace
 
 void CreationOptions::Check() const {
-  CheckOption(max_neighbours >= 1, "mapping.creation.max_neighbours", max_neighbours, "at least 1");
-  CheckOption(learned_neighbours >= 0, "mapping.creation.learned_neighbours", learned_neighbours,
-              "0 or more");
-  CheckOption(min_baseline_ratio >= 0, "mapping.creation.min_baseline_ratio", min_baseline_ratio,
-              "0 or more");
-  CheckOption(min_parallax_deg > 0, "mapping.creation.min_parallax_deg", min_parallax_deg,
-              "above 0");
-  CheckOption(max_chi_square > 0, "mapping.creation.max_chi_square", max_chi_square, "above 0");
-  CheckOption(max_distance_ratio >= 1, "mapping.creation.max_distance_ratio", max_distance_ratio,
-              "at least 1");
+  CheckRange("mapping.creation.max_neighbours", max_neighbours, 1, 1000);
+  CheckRange("mapping.creation.learned_neighbours", learned_neighbours, 0, 1000);
+  CheckRange("mapping.creation.min_baseline_ratio", min_baseline_ratio, 0, 10);
+  CheckPositive("mapping.creation.min_parallax_deg", min_parallax_deg, 90);
+  CheckPositive("mapping.creation.max_chi_square", max_chi_square, 1e6);
+  CheckRange("mapping.creation.max_distance_ratio", max_distance_ratio, 1, 1e6);
   epipolar.Check();
 }
 

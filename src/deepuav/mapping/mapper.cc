@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/mapping/correction.h"
 
@@ -9,17 +10,15 @@ namespace deepuav {
 void MappingOptions::Check() const {
   CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio",
               min_found_ratio, "0 to 1");
-  CheckOption(young_keyframes >= 1, "mapping.young_keyframes", young_keyframes, "at least 1");
-  CheckOption(min_young_observations >= 2, "mapping.min_young_observations", min_young_observations,
-              "at least 2");
-  CheckOption(window_keyframes >= 2, "mapping.window_keyframes", window_keyframes, "at least 2");
+  CheckRange("mapping.young_keyframes", young_keyframes, 1, 1000);
+  CheckRange("mapping.min_young_observations", min_young_observations, 2, 1000);
+  CheckRange("mapping.window_keyframes", window_keyframes, 2, 1000);
   CheckOption(min_start_ratio >= 0 && min_start_ratio <= 1, "mapping.min_start_ratio",
               min_start_ratio, "0 to 1");
-  CheckOption(redundant_ratio > 0, "mapping.redundant_ratio", redundant_ratio, "above 0");
+  CheckPositive("mapping.redundant_ratio", redundant_ratio, 10);
   CheckOption(substitute_ratio >= 0 && substitute_ratio <= 1, "mapping.substitute_ratio",
               substitute_ratio, "0 to 1");
-  CheckOption(redundant_observers >= 1, "mapping.redundant_observers", redundant_observers,
-              "at least 1");
+  CheckRange("mapping.redundant_observers", redundant_observers, 1, 1000);
   patches.Check();
   model_noise.Check();
   local_map.Check();

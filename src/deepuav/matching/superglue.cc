@@ -7,6 +7,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/matching/best_two.h"
 
@@ -31,7 +32,7 @@ const TensorInfo* FindTensor(const std::vector<TensorInfo>& tensors, const std::
 }  // namespace
 
 void SuperGlueOptions::Check() const {
-  CheckOption(keypoints >= 1, "superglue.keypoints", keypoints, "at least 1");
+  CheckRange("superglue.keypoints", keypoints, 1, 10'000);
   CheckOption(min_score >= 0 && min_score < 1, "superglue.min_score", min_score, "0 to below 1");
   if (!precision.empty()) CheckPrecision("superglue.precision", precision);
 }

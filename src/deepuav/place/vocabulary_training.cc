@@ -7,6 +7,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/dot_kernels.h"
 
@@ -179,12 +180,11 @@ void VocabularyOptions::Check() const {
               fmt::format("2 to {}", kMaxBranching));
   CheckOption(depth >= 1 && depth <= kMaxDepth, "vocabulary.depth", depth,
               fmt::format("1 to {}", kMaxDepth));
-  CheckOption(iterations >= 1, "vocabulary.iterations", iterations, "at least 1");
+  CheckRange("vocabulary.iterations", iterations, 1, 1000);
   CheckOption(cluster_descriptors >= branching, "vocabulary.cluster_descriptors",
               cluster_descriptors, "at least vocabulary.branching");
-  CheckOption(split_descriptors >= 2, "vocabulary.split_descriptors", split_descriptors,
-              "at least 2");
-  CheckOption(seed >= 0, "vocabulary.seed", seed, "at least 0");
+  CheckRange("vocabulary.split_descriptors", split_descriptors, 2, 100'000'000);
+  CheckRange("vocabulary.seed", seed, 0, std::numeric_limits<int>::max());
 }
 
 Vocabulary TrainVocabulary(std::span<const Descriptors> images, const VocabularyOptions& options) {

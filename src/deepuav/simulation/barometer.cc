@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/simulation/sensor_clock.h"
 #include "deepuav/simulation/sensor_noise.h"
 
@@ -17,11 +18,10 @@ constexpr double kExponent = 9.80665 / (287.05287 * kLapseKPerM);
 }  // namespace
 
 void BarometerOptions::Check() const {
-  CheckOption(rate_hz > 0, "barometer.rate_hz", rate_hz, "more than 0");
-  CheckOption(noise_m >= 0, "barometer.noise_m", noise_m, "at least 0");
-  CheckOption(drift_m >= 0, "barometer.drift_m", drift_m, "at least 0");
-  CheckOption(drift_correlation_s > 0, "barometer.drift_correlation_s", drift_correlation_s,
-              "more than 0");
+  CheckRange("barometer.rate_hz", rate_hz, 0.001, 1000);
+  CheckRange("barometer.noise_m", noise_m, 0, 1000);
+  CheckRange("barometer.drift_m", drift_m, 0, 1000);
+  CheckRange("barometer.drift_correlation_s", drift_correlation_s, 0.001, 1e6);
 }
 
 double StandardPressurePa(double altitude_m) {

@@ -1,12 +1,18 @@
 #include "deepuav/simulation/camera_mount.h"
 
-#include <cmath>
 #include <numbers>
+
+#include "deepuav/base/option_bounds.h"
 
 namespace deepuav {
 
 void CameraMountOptions::Check() const {
-  CheckOption(std::abs(pitch_deg) <= 90, "mount.pitch_deg", pitch_deg, "-90 to 90");
+  CheckRange("mount.pitch_deg", pitch_deg, -90, 90);
+  CheckRange("mount.pan_deg", pan_deg, -360, 360);
+  constexpr double kLongestArmM = 100;
+  CheckRange("mount.x_m", x_m, -kLongestArmM, kLongestArmM);
+  CheckRange("mount.y_m", y_m, -kLongestArmM, kLongestArmM);
+  CheckRange("mount.z_m", z_m, -kLongestArmM, kLongestArmM);
 }
 
 SE3 BodyFromCam(const CameraMountOptions& mount) {

@@ -6,6 +6,9 @@
 
 namespace deepuav {
 
+/// The longest time that a course takes, and that is recorded.
+inline constexpr double kLongestFlightS = 3600;
+
 /// Where a flight leads, and how fast.
 struct CourseOptions {
   std::string kind = "orbit";

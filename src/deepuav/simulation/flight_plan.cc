@@ -18,6 +18,7 @@ constexpr double kBodyRadiusM = 2;        // rotors, gusts
 constexpr double kCutCornerShare = 0.15;  // of the smoothing: how far the course leaves a corner
 constexpr double kLeastRoofDistanceM = 0.5;
 constexpr double kLeastEdgeDistanceM = 1;
+constexpr double kLongestCourseM = 50'000;
 
 double SmoothingLength(const CourseOptions& course) {
   const double turning_radius = course.speed_m_s * course.speed_m_s / course.acceleration_m_s2;
@@ -98,12 +99,23 @@ void CheckInside(const World& world, const std::vector<FlatOutput>& points) {
   }
 }
 
+void CheckLength(const std::vector<FlatOutput>& corners) {
+  double length_m = 0;
+  for (size_t i = 1; i < corners.size(); ++i)
+    length_m += (corners[i] - corners[i - 1]).head<3>().norm();
+  if (!(length_m <= kLongestCourseM)) {
+    throw Error("the course is {:.1f} km long: expected at most {:.0f} (course.laps, its size)",
+                length_m / 1e3, kLongestCourseM / 1e3);
+  }
+}
+
 // Points a metre apart with sharp corners, high enough.
 std::vector<FlatOutput> PlanPoints(const CourseOptions& course, const World& world,
                                    const std::vector<Eigen::Vector3d>& corners, bool first_leg) {
   std::vector<FlatOutput> points;
   for (const Eigen::Vector3d& corner : corners)
     points.emplace_back(corner.x(), corner.y(), corner.z(), 0);
+  CheckLength(points);
   points = Resample(points, kStepM);
   SetYaw(course, &points);
   if (first_leg && course.sideways_m > 0) PrependSideways(course.sideways_m, &points);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/simulation/quadrotor_path.h"
 #include "deepuav/simulation/sensor_clock.h"
 
@@ -16,10 +17,8 @@ Eigen::Vector3d GaussianVector(double sigma, Random* random) {
 }  // namespace
 
 void ImuOptions::Check() const {
-  CheckOption(rate_hz > 0, "imu.rate_hz", rate_hz, "more than 0");
-  const auto check_sigma = [](double sigma, const char* name) {
-    CheckOption(sigma >= 0, name, sigma, "at least 0");
-  };
+  CheckRange("imu.rate_hz", rate_hz, 0.001, 1000);
+  const auto check_sigma = [](double sigma, const char* name) { CheckRange(name, sigma, 0, 100); };
   check_sigma(gyroscope_noise_density, "imu.gyroscope_noise_density");
   check_sigma(gyroscope_random_walk, "imu.gyroscope_random_walk");
   check_sigma(accelerometer_noise_density, "imu.accelerometer_noise_density");

@@ -1,6 +1,7 @@
 #include "deepuav/simulation/minimum_snap_curve.h"
 
 #include <Eigen/LU>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <array>
 
@@ -65,8 +66,8 @@ using KnotDerivatives = Eigen::Matrix<double, kUnknownOrders, 4>;
 // Adds `sign` times the derivatives 4 to 6 by time of one piece to the equations from `row` on.
 // `knot` is the piece's first; inner knot i has the unknowns from kUnknownOrders * (i - 1) on.
 void AddContinuity(const HighDerivatives& high, double h, double sign, int row, int knot,
-                   const std::vector<FlatOutput>& values, Eigen::MatrixXd* matrix,
-                   Eigen::MatrixXd* right) {
+                   const std::vector<FlatOutput>& values,
+                   std::vector<Eigen::Triplet<double>>* matrix, Eigen::MatrixXd* right) {
   const int last_knot = static_cast<int>(values.size()) - 1;
   std::array<double, kDegree + 1> power_of_h{1};
   for (int i = 1; i <= kDegree; ++i)
@@ -79,8 +80,9 @@ void AddContinuity(const HighDerivatives& high, double h, double sign, int row, 
           scale * high(m, kEndOrders * end) * values[static_cast<size_t>(at)].transpose();
       if (at == 0 || at == last_knot) continue;  // at rest
       for (int order = 1; order < kEndOrders; ++order) {
-        (*matrix)(row + m, kUnknownOrders * (at - 1) + order - 1) +=
-            scale * high(m, kEndOrders * end + order) * power_of_h[static_cast<size_t>(order)];
+        matrix->emplace_back(
+            row + m, kUnknownOrders * (at - 1) + order - 1,
+            scale * high(m, kEndOrders * end + order) * power_of_h[static_cast<size_t>(order)]);
       }
     }
   }
@@ -92,17 +94,21 @@ std::vector<KnotDerivatives> SolveDerivatives(const std::vector<double>& times_s
   std::vector<KnotDerivatives> derivatives(values.size(), KnotDerivatives::Zero());
   const int unknowns = kUnknownOrders * (knots - 2);
   if (unknowns == 0) return derivatives;
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  std::vector<Eigen::Triplet<double>> entries;  // of a matrix of blocks about its diagonal
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(unknowns, 4);
   const HighDerivatives at_start = HighAtStart(), at_end = HighAtEnd();
   for (int i = 1; i + 1 < knots; ++i) {
     const auto knot = static_cast<size_t>(i);
     const int row = kUnknownOrders * (i - 1);
-    AddContinuity(at_end, times_s[knot] - times_s[knot - 1], 1, row, i - 1, values, &matrix,
+    AddContinuity(at_end, times_s[knot] - times_s[knot - 1], 1, row, i - 1, values, &entries,
                   &right);
-    AddContinuity(at_start, times_s[knot + 1] - times_s[knot], -1, row, i, values, &matrix, &right);
+    AddContinuity(at_start, times_s[knot + 1] - times_s[knot], -1, row, i, values, &entries,
+                  &right);
   }
-  const Eigen::MatrixXd solution = matrix.partialPivLu().solve(right);
+  Eigen::SparseMatrix<double> matrix(unknowns, unknowns);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(matrix);
+  const Eigen::MatrixXd solution = solver.solve(right);
   for (int i = 1; i + 1 < knots; ++i)
     derivatives[static_cast<size_t>(i)] =
         solution.middleRows<kUnknownOrders>(kUnknownOrders * (i - 1));

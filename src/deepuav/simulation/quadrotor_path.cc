@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/option_bounds.h"
 
 namespace deepuav {
 namespace {
@@ -35,7 +36,7 @@ Attitude AttitudeOfThrust(const Eigen::Vector3d& thrust, const Eigen::Vector3d& 
 }  // namespace
 
 void AttitudeOptions::Check() const {
-  CheckOption(rotor_drag_per_s >= 0, "attitude.rotor_drag_per_s", rotor_drag_per_s, "at least 0");
+  CheckRange("attitude.rotor_drag_per_s", rotor_drag_per_s, 0, 10);
 }
 
 QuadrotorPath::QuadrotorPath(std::vector<MinimumSnapCurve> curves, const AttitudeOptions& attitude,
@@ -48,9 +49,9 @@ QuadrotorPath::QuadrotorPath(std::vector<MinimumSnapCurve> curves, const Attitud
     curve_ends_s_.push_back(end_s);
   }
   if (!kidnap_) return;
-  CheckOption(kidnap_->at_s > 0 && kidnap_->at_s < end_s, "flight.kidnap_at_s", kidnap_->at_s,
+  CheckOption(kidnap_->at_s > 0 && kidnap_->at_s < end_s, "course.kidnap_at_s", kidnap_->at_s,
               fmt::format("between 0 and the course's {:.1f} s", end_s));
-  CheckOption(kidnap_->to_s >= 0 && kidnap_->to_s < end_s, "flight.kidnap_to_s", kidnap_->to_s,
+  CheckOption(kidnap_->to_s >= 0 && kidnap_->to_s < end_s, "course.kidnap_to_s", kidnap_->to_s,
               fmt::format("from 0 to the course's {:.1f} s", end_s));
 }
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "deepuav/base/error.h"
+#include "deepuav/simulation/course_options.h"
+
 namespace deepuav {
 namespace {
 
@@ -163,6 +166,12 @@ std::vector<MinimumSnapCurve> FlyAlong(const std::vector<FlatOutput>& points,
   if (points.size() < 2) return {};
   const std::vector<double> lengths = ArcLengths(points);
   const std::vector<double> times_s = Times(lengths, SpeedProfile(points, lengths, limits));
+  if (!(times_s.back() <= kLongestFlightS)) {
+    throw Error(
+        "the course takes {:.0f} s to fly: expected at most {} (course.speed_m_s, course.laps, its "
+        "size)",
+        times_s.back(), kLongestFlightS);
+  }
   const int pieces =
       std::max(kLeastPieces, static_cast<int>(std::ceil(times_s.back() / kKnotSpacingS)));
   std::vector<double> knot_times_s;

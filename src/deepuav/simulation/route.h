@@ -31,7 +31,7 @@ std::vector<FlatOutput> Smooth(const std::vector<FlatOutput>& points, double ste
 
 /// One curve from rest to rest along points a metre or so apart, as fast as the limits allow: in
 /// bends as the lateral acceleration, at the ends as the longitudinal one. Nothing where the points
-/// do not lead anywhere.
+/// do not lead anywhere. Throws Error where it would take longer than kLongestFlightS.
 std::vector<MinimumSnapCurve> FlyAlong(const std::vector<FlatOutput>& points,
                                        const MotionLimits& limits);
 

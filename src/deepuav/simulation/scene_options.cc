@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -134,35 +136,30 @@ void SceneOptions::Check() const {
   if (kind != "outdoor" && kind != "hall") {
     throw Error("scene.kind is '{}': expected outdoor or hall", kind);
   }
-  const auto positive = [](double value, const char* name) {
-    CheckOption(value > 0, name, value, "a positive number");
-  };
-  const auto share = [](double value, const char* name) {
-    CheckOption(value >= 0 && value <= 1, name, value, "0 to 1");
-  };
-  const auto not_negative = [](double value, const char* name) {
-    CheckOption(value >= 0, name, value, "0 or more");
-  };
-  CheckOption(extent_m >= 16 && extent_m <= 8000, "scene.extent_m", extent_m, "16 to 8000");
-  CheckOption(terrain_cell_m > 0 && extent_m / terrain_cell_m <= 4000, "scene.terrain_cell_m",
-              terrain_cell_m, "a positive size, of which at most 4000 make the extent");
-  not_negative(relief_m, "scene.relief_m");
-  positive(relief_length_m, "scene.relief_length_m");
-  CheckOption(parcel_m >= 20, "scene.parcel_m", parcel_m, "at least 20");
-  not_negative(town_radius_m, "scene.town_radius_m");
-  share(building_fraction, "scene.building_fraction");
-  CheckOption(storeys >= 1 && storeys <= 40, "scene.storeys", storeys, "1 to 40");
-  share(flat_roof_fraction, "scene.flat_roof_fraction");
-  share(tree_fraction, "scene.tree_fraction");
-  share(forest_fraction, "scene.forest_fraction");
-  share(aridity, "scene.aridity");
-  not_negative(river_width_m, "scene.river_width_m");
-  not_negative(lake_radius_m, "scene.lake_radius_m");
-  not_negative(cars_per_km, "scene.cars_per_km");
-  not_negative(people_per_km, "scene.people_per_km");
-  positive(orthophoto_cell_m, "scene.orthophoto_cell_m");
-  positive(dem_cell_m, "scene.dem_cell_m");
-  positive(dem_unit_m, "scene.dem_unit_m");
+  const auto share = [](const char* name, double value) { CheckRange(name, value, 0, 1); };
+  constexpr double kFarthestM = 8000;
+  CheckRange("scene.seed", seed, 0, std::numeric_limits<int>::max());
+  CheckRange("scene.extent_m", extent_m, 16, kFarthestM);
+  CheckOption(terrain_cell_m > 0 && terrain_cell_m <= extent_m && extent_m / terrain_cell_m <= 4000,
+              "scene.terrain_cell_m", terrain_cell_m,
+              "a positive size, of which 1 to 4000 make the extent");
+  CheckRange("scene.relief_m", relief_m, 0, 2000);
+  CheckRange("scene.relief_length_m", relief_length_m, 1, 100'000);
+  CheckRange("scene.parcel_m", parcel_m, 20, kFarthestM);
+  CheckRange("scene.town_radius_m", town_radius_m, 0, kFarthestM);
+  share("scene.building_fraction", building_fraction);
+  CheckRange("scene.storeys", storeys, 1, 40);
+  share("scene.flat_roof_fraction", flat_roof_fraction);
+  share("scene.tree_fraction", tree_fraction);
+  share("scene.forest_fraction", forest_fraction);
+  share("scene.aridity", aridity);
+  CheckRange("scene.river_width_m", river_width_m, 0, 1000);
+  CheckRange("scene.lake_radius_m", lake_radius_m, 0, kFarthestM);
+  CheckRange("scene.cars_per_km", cars_per_km, 0, 1000);
+  CheckRange("scene.people_per_km", people_per_km, 0, 1000);
+  CheckRange("scene.orthophoto_cell_m", orthophoto_cell_m, 0.001, 1000);
+  CheckRange("scene.dem_cell_m", dem_cell_m, 0.001, 1000);
+  CheckRange("scene.dem_unit_m", dem_unit_m, 1e-6, 1000);
 }
 
 std::vector<std::string> SceneNames() {

@@ -84,7 +84,9 @@ GreyImage Sensor::Develop(cv::Mat1f radiance, const ExposureSetting& exposure,
         const float mean = radiance(y, x) * electrons_per_radiance;
         const float noise = NormalFromBits(MixBits(row_seed + static_cast<uint64_t>(x)));
         const float electrons = mean + std::sqrt(mean + read_variance) * noise;
-        const float step = std::clamp(electrons * steps_per_electron, 0.0f, kGammaSteps - 1.0f);
+        // In this order of arguments what is no number becomes 0.
+        const float step =
+            std::min(kGammaSteps - 1.0f, std::max(0.0f, electrons * steps_per_electron));
         image(y, x) = gamma_levels_[static_cast<size_t>(step)];
       }
     }

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/simulation/filtered_patterns.h"
 #include "deepuav/simulation/noise.h"
 
@@ -89,6 +90,7 @@ void Terrain::FillProcedural(const SceneOptions& options, const Water& water,
 }
 
 void Terrain::FillFromImage(const SceneOptions& options) {
+  RefuseNamedPipe(options.dem);
   const cv::Mat image = cv::imread(options.dem, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
   if (image.empty()) throw Error("{}: cannot be read as an image of heights", options.dem);
   cv::Mat1f dem;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "deepuav/base/option_bounds.h"
+
 namespace deepuav {
 namespace {
 
@@ -15,13 +17,15 @@ constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 }  // namespace
 
 void WindOptions::Check() const {
-  CheckOption(jitter_position_m >= 0, "wind.jitter_position_m", jitter_position_m, "at least 0");
-  CheckOption(jitter_angle_deg >= 0, "wind.jitter_angle_deg", jitter_angle_deg, "at least 0");
-  CheckOption(jitter_low_hz > 0, "wind.jitter_low_hz", jitter_low_hz, "more than 0");
+  CheckRange("wind.jitter_position_m", jitter_position_m, 0, 10);
+  CheckRange("wind.jitter_angle_deg", jitter_angle_deg, 0, 90);
+  CheckRange("wind.jitter_low_hz", jitter_low_hz, 0.001, 1000);
+  CheckRange("wind.jitter_high_hz", jitter_high_hz, 0.001, 1000);
   CheckOption(jitter_high_hz >= jitter_low_hz, "wind.jitter_high_hz", jitter_high_hz,
               "at least wind.jitter_low_hz");
-  CheckOption(gust_position_m >= 0, "wind.gust_position_m", gust_position_m, "at least 0");
-  CheckOption(gust_low_hz > 0, "wind.gust_low_hz", gust_low_hz, "more than 0");
+  CheckRange("wind.gust_position_m", gust_position_m, 0, 100);
+  CheckRange("wind.gust_low_hz", gust_low_hz, 0.001, 1000);
+  CheckRange("wind.gust_high_hz", gust_high_hz, 0.001, 1000);
   CheckOption(gust_high_hz >= gust_low_hz, "wind.gust_high_hz", gust_high_hz,
               "at least wind.gust_low_hz");
 }

@@ -6,9 +6,54 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/system/trajectory_finish.h"
 
 namespace deepuav {
+
+namespace {
+
+/// Calls visit(prefix, part) for every struct of options within `options`, with the name that it is
+/// registered under, and before the one that it lies in.
+template <typename Options, typename Visitor>
+void VisitParts(Options& options, Visitor&& visit) {
+  visit("patches", options.patches);
+  auto& tracking = options.tracking;
+  visit("tracking.visibility", tracking.locator.visibility);
+  visit("tracking.projection", tracking.locator.projection);
+  visit("tracking.absolute_pose", tracking.locator.absolute_pose);
+  visit("tracking.motion_only", tracking.locator.motion_only);
+  visit("tracking", tracking.locator);
+  visit("initialiser.two_view", tracking.initialiser.two_view);
+  visit("initialiser.absolute_pose", tracking.initialiser.absolute_pose);
+  visit("initialiser", tracking.initialiser);
+  visit("keyframes", tracking.keyframes);
+  visit("tracking", tracking);
+  auto& mapping = options.mapping;
+  visit("mapping.reference", mapping.local_map.reference);
+  visit("mapping.local_map", mapping.local_map);
+  visit("mapping.model_noise", mapping.model_noise);
+  visit("mapping.epipolar", mapping.creation.epipolar);
+  visit("mapping.creation", mapping.creation);
+  visit("mapping.fusion.visibility", mapping.fusion.visibility);
+  visit("mapping.fusion.projection", mapping.fusion.projection);
+  visit("mapping.fusion", mapping.fusion);
+  visit("mapping.local_bundle", mapping.local_bundle);
+  visit("mapping.global_bundle", mapping.global_bundle);
+  visit("mapping", mapping);
+  auto& looping = options.looping;
+  visit("looping.recogniser", looping.recogniser);
+  visit("looping.relocaliser.absolute_pose", looping.relocaliser.absolute_pose);
+  visit("looping.relocaliser", looping.relocaliser);
+  visit("looping.verifier.place", looping.verifier.place);
+  visit("looping.verifier.sim3", looping.verifier.sim3);
+  visit("looping.verifier", looping.verifier);
+  visit("looping.essential_graph.pose_graph", looping.essential_graph.pose_graph);
+  visit("looping.essential_graph", looping.essential_graph);
+  visit("looping", looping);
+}
+
+}  // namespace
 
 Schedule ParseSchedule(const std::string& name) {
   if (name == "sequential") return Schedule::kSequential;
@@ -18,64 +63,24 @@ Schedule ParseSchedule(const std::string& name) {
 }
 
 void SystemOptions::Check() const {
-  CheckOption(map_delay_frames >= 1, "system.map_delay_frames", map_delay_frames, "at least 1");
-  CheckOption(frames_ahead >= 1, "system.frames_ahead", frames_ahead, "at least 1");
-  CheckOption(full_record_frames >= 0, "system.full_record_frames", full_record_frames,
-              "0 or more");
-  CheckOption(old_record_landmarks >= 0, "system.old_record_landmarks", old_record_landmarks,
-              "0 or more");
+  CheckRange("system.map_delay_frames", map_delay_frames, 1, 1000);
+  CheckRange("system.frames_ahead", frames_ahead, 1, 100);
+  CheckRange("system.full_record_frames", full_record_frames, 0, 100'000'000);
+  CheckRange("system.old_record_landmarks", old_record_landmarks, 0, 1'000'000);
   CheckOption(min_neighbour_share >= 0 && min_neighbour_share <= 1, "system.min_neighbour_share",
               min_neighbour_share, "0 to 1");
-  CheckOption(max_unlocated_frames >= 0, "system.max_unlocated_frames", max_unlocated_frames,
-              "0 or more");
-  CheckOption(adjustment_delay_keyframes >= 1, "system.adjustment_delay_keyframes",
-              adjustment_delay_keyframes, "at least 1");
-  CheckOption(end_reference_tries >= 1, "system.end_reference_tries", end_reference_tries,
-              "at least 1");
-  CheckOption(max_gap_frames >= 0, "system.max_gap_frames", max_gap_frames, "0 or more");
-  CheckOption(turned_interval_s >= 0, "system.turned_interval_s", turned_interval_s, "0 or more");
-  CheckOption(finish_stopped_s >= 0, "system.finish_stopped_s", finish_stopped_s, "0 or more");
-  tracking.Check();
-  mapping.Check();
-  looping.Check();
+  CheckRange("system.max_unlocated_frames", max_unlocated_frames, 0, 1'000'000);
+  CheckRange("system.adjustment_delay_keyframes", adjustment_delay_keyframes, 1, 1'000'000);
+  CheckRange("system.end_reference_tries", end_reference_tries, 1, 100);
+  CheckRange("system.max_gap_frames", max_gap_frames, 0, 1'000'000);
+  CheckRange("system.turned_interval_s", turned_interval_s, 0, 1e6);
+  CheckRange("system.finish_stopped_s", finish_stopped_s, 0, 3600);
+  VisitParts(*this, [](const char* prefix, const auto& part) { CheckUnder(prefix, part); });
 }
 
 void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("system", options);
-  registry->Add("patches", &options->patches);
-  TrackingOptions& tracking = options->tracking;
-  registry->Add("tracking", &tracking);
-  registry->Add("tracking", &tracking.locator);
-  registry->Add("tracking.visibility", &tracking.locator.visibility);
-  registry->Add("tracking.projection", &tracking.locator.projection);
-  registry->Add("tracking.absolute_pose", &tracking.locator.absolute_pose);
-  registry->Add("tracking.motion_only", &tracking.locator.motion_only);
-  registry->Add("initialiser", &tracking.initialiser);
-  registry->Add("initialiser.two_view", &tracking.initialiser.two_view);
-  registry->Add("initialiser.absolute_pose", &tracking.initialiser.absolute_pose);
-  registry->Add("keyframes", &tracking.keyframes);
-  MappingOptions& mapping = options->mapping;
-  registry->Add("mapping", &mapping);
-  registry->Add("mapping.local_map", &mapping.local_map);
-  registry->Add("mapping.reference", &mapping.local_map.reference);
-  registry->Add("mapping.model_noise", &mapping.model_noise);
-  registry->Add("mapping.creation", &mapping.creation);
-  registry->Add("mapping.epipolar", &mapping.creation.epipolar);
-  registry->Add("mapping.fusion", &mapping.fusion);
-  registry->Add("mapping.fusion.visibility", &mapping.fusion.visibility);
-  registry->Add("mapping.fusion.projection", &mapping.fusion.projection);
-  registry->Add("mapping.local_bundle", &mapping.local_bundle);
-  registry->Add("mapping.global_bundle", &mapping.global_bundle);
-  LoopingOptions& looping = options->looping;
-  registry->Add("looping", &looping);
-  registry->Add("looping.recogniser", &looping.recogniser);
-  registry->Add("looping.relocaliser", &looping.relocaliser);
-  registry->Add("looping.relocaliser.absolute_pose", &looping.relocaliser.absolute_pose);
-  registry->Add("looping.verifier", &looping.verifier);
-  registry->Add("looping.verifier.place", &looping.verifier.place);
-  registry->Add("looping.verifier.sim3", &looping.verifier.sim3);
-  registry->Add("looping.essential_graph", &looping.essential_graph);
-  registry->Add("looping.essential_graph.pose_graph", &looping.essential_graph.pose_graph);
+  VisitParts(*options, [&](const char* prefix, auto& part) { registry->Add(prefix, &part); });
 }
 
 namespace {

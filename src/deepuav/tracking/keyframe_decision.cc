@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/geometry/triangulation.h"
 
@@ -27,9 +28,9 @@ double MeanParallaxDeg(const LocatedFrame& located, const LocalMap& local_map) {
 void KeyframeOptions::Check() const {
   CheckOption(min_shared_ratio >= 0 && min_shared_ratio <= 1, "keyframes.min_shared_ratio",
               min_shared_ratio, "0 to 1");
-  CheckOption(min_matches >= 0, "keyframes.min_matches", min_matches, "0 or more");
-  CheckOption(max_parallax_deg > 0, "keyframes.max_parallax_deg", max_parallax_deg, "above 0");
-  CheckOption(min_gap_frames >= 1, "keyframes.min_gap_frames", min_gap_frames, "at least 1");
+  CheckRange("keyframes.min_matches", min_matches, 0, 100'000);
+  CheckPositive("keyframes.max_parallax_deg", max_parallax_deg, 180);
+  CheckRange("keyframes.min_gap_frames", min_gap_frames, 1, 1'000'000);
 }
 
 bool NeedsKeyframe(const LocatedFrame& located, const LocalMap& local_map,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -17,8 +18,8 @@ const LocalKeyframe* FindKeyframe(const LocalMap& local_map, KeyframeId id) {
 }  // namespace
 
 void TrackingOptions::Check() const {
-  CheckOption(max_lost_frames >= 0, "tracking.max_lost_frames", max_lost_frames, "0 or more");
-  CheckOption(max_lost_s >= 0, "tracking.max_lost_s", max_lost_s, "0 or more");
+  CheckRange("tracking.max_lost_frames", max_lost_frames, 0, 1'000'000);
+  CheckRange("tracking.max_lost_s", max_lost_s, 0, 1e6);
   initialiser.Check();
   locator.Check();
   keyframes.Check();

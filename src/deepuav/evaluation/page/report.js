@@ -76,6 +76,8 @@
     } else {
       byId("summary-table").append(DeepUav.summaryTable(runs));
     }
+    byId("summary-lost").hidden = !runs.some((run) => run.lost.length);
+    byId("summary-lost").append(DeepUav.lostTable(runs));
     for (const run of runs) {
       const name = runs.length > 1 ? `${run.name}: ` : "";
       if (run.problem) byId("summary-notes").append(DeepUav.element("p", `${name}not compared with a truth: ${run.problem}`, "note"));
@@ -83,8 +85,22 @@
     }
   }
 
-  // Which way is up: against the images' down, or against the optical axes where these look straight down.
+  // How far the paths of a world reach along an axis.
+  function reach(world, axis) {
+    let low = Infinity, high = -Infinity;
+    for (const run of world) {
+      for (let i = axis; i < run.path.p.length; i += 3) {
+        low = Math.min(low, run.path.p[i]);
+        high = Math.max(high, run.path.p[i]);
+      }
+    }
+    return high - low;
+  }
+
+  // Which way is up: z where the truth says so; else against the images' down or against the optical axes, which of the
+  // two flights reach less far along, as cameras that always look the same way leave both open.
   function guessUp() {
+    if (worlds[0].some((run) => run.evaluation && run.evaluation.z_is_up)) return [0, 0, 1];
     const sums = [[0, 0, 0], [0, 0, 0]];
     for (const run of worlds[0]) {
       for (let i = 0; 4 * i < run.keyframes.q.length; ++i) {
@@ -93,11 +109,11 @@
       }
     }
     const total = worlds[0].reduce((count, run) => count + run.keyframes.q.length / 4, 0) || 1;
-    for (const sum of sums) {
-      const axis = sum.findIndex((value) => Math.abs(value) / total > 0.7);
-      if (axis >= 0) return [0, 1, 2].map((other) => (other === axis ? Math.sign(sum[axis]) : 0));
-    }
-    return [0, 0, 1];
+    const found = sums.map((sum) => ({ sum, axis: sum.findIndex((value) => Math.abs(value) / total > 0.7) })).filter(({ axis }) => axis >= 0);
+    found.sort((a, b) => reach(worlds[0], a.axis) - reach(worlds[0], b.axis));
+    if (!found.length) return [0, 0, 1];
+    const { sum, axis } = found[0];
+    return [0, 1, 2].map((other) => (other === axis ? Math.sign(sum[axis]) : 0));
   }
 
   const errorLimit = DeepUav.quantile(evaluated.flatMap((run) => Array.from(run.evaluation.error_m)), 0.98) || 1;
@@ -234,7 +250,7 @@
       }
       drawPaths();
       const shown = world.reduce((count, run) => count + run.cloud.count, 0), total = world.reduce((count, run) => count + run.cloud.total, 0);
-      byId("scene-caption").textContent = `Drag turns, wheel zooms, right button moves. ${shown} of ${total} points, coloured by height; squares of ${DeepUav.number(roundStep(size / 14), 1)} ${world[0].unit}.`;
+      byId("scene-caption").textContent = `Drag turns, wheel zooms, right button moves. ${shown} of ${total} points${world.some((run) => run.cloud.rgb) ? "" : ", coloured by height"}; squares of ${DeepUav.number(roundStep(size / 14), 1)} ${world[0].unit}.`;
     }
 
     if (worlds.length > 1) {
@@ -357,8 +373,11 @@
   }
 
   makeSummary();
-  makeTrajectory();
-  makeComponents();
+  byId("trajectory").hidden = !runs.some((run) => run.path.t.length);
+  if (!byId("trajectory").hidden) {
+    makeTrajectory();
+    makeComponents();
+  }
   makeErrors();
   makeGrowth();
   makePictures();

@@ -57,7 +57,7 @@ DeepUav.keyFigures = function (run) {
   const rows = [];
   const add = (label, value, text, unit, detail, better) => rows.push({ label, value, text, unit, detail, better });
   if (figures) {
-    const ate = figures.ate_m, path = figures.truth_path_m;
+    const ate = figures.ate_m, path = figures.compared_path_m;
     add(figures.horizontal ? "Horizontal error (ATE)" : "Absolute error (ATE)", ate.rmse, DeepUav.number(ate.rmse), "m",
       `rmse; ${DeepUav.number((100 * ate.rmse) / path, 2)} % of ${DeepUav.number(path)} m flown`, -1);
     if (figures.rpe) {
@@ -69,7 +69,8 @@ DeepUav.keyFigures = function (run) {
     add("Frames located", frames.located / frames.processed, `${((100 * frames.located) / frames.processed).toFixed(frames.located === frames.processed ? 0 : 1)}`, "%",
       `${frames.located} of ${frames.processed}; ${frames.tracked_online} at once`, 1);
   }
-  add("Maps", maps.length, String(maps.length), "", maps.length > 1 ? `${main.frames} frames in the largest` : "all located frames in one", -1);
+  const inMaps = ["no map was started", "all located frames in one"][maps.length] || `${main.frames} frames in the largest`;
+  add("Maps", maps.length, String(maps.length), "", inMaps, -1);
   if (main.keyframes) add("Keyframes", main.keyframes, String(main.keyframes), "", `${main.landmarks} landmarks`, 0);
   if (frames.processed && summary.wall_s) {
     add("Speed", frames.processed / summary.wall_s, DeepUav.number(frames.processed / summary.wall_s), "frames/s", `${summary.wall_s.toFixed(1)} s, ${summary.schedule}`, 1);
@@ -130,6 +131,13 @@ DeepUav.timingTable = function (runs) {
     return [label, String(times.count), DeepUav.number(times.median_ms), DeepUav.number(times.p95_ms), times.total_s.toFixed(2), bar];
   });
   return DeepUav.table(["stage", "calls", "median", "95 %", "total, s", ""], rows, { cellClass: (i, j) => (j === 5 ? "bar-cell" : "") });
+};
+
+// Why frames have no pose, of each run.
+DeepUav.lostTable = function (runs) {
+  const rows = runs.flatMap((run) => run.lost.map((lost) => [
+    ...(runs.length > 1 ? [DeepUav.runLabel(run)] : []), lost.reason, String(lost.frames), lost.first === lost.last ? String(lost.first) : `${lost.first} to ${lost.last}`]));
+  return DeepUav.table([...(runs.length > 1 ? ["run"] : []), "frames without a pose, for", "frames", "numbers"], rows);
 };
 
 // {name: text} of all that was set and used.
