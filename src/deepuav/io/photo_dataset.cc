@@ -1,11 +1,16 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/exif.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/text_file.h"
@@ -18,25 +23,76 @@ namespace fs = std::filesystem;
 struct Photograph {
   fs::path file;
   PhotoExif exif;
+  std::optional<XmpLens> xmp;
+  std::optional<cv::Size> size;  ///< Nothing where it cannot be read.
 };
+
+/// What the file says of itself before its pixels.
+void ReadHeader(Photograph* photograph) {
+  // EXIF, XMP, thumbnail and what makers add.
+  constexpr size_t kHeadBytes = size_t{512} << 10;
+  try {
+    const std::string head = ReadHead(photograph->file, kHeadBytes);
+    photograph->exif = ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
+    photograph->xmp = ParseXmpLens(head);
+    photograph->size = StoredSize(photograph->file);
+  } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
+    Log().warn("{}", error.what());
+  }
+}
+
+bool IsHidden(const fs::path& file, const fs::path& below) {
+  const fs::path relative = file.lexically_relative(below);
+  return std::any_of(relative.begin(), relative.end(),
+                     [](const fs::path& part) { return part.string().starts_with('.'); });
+}
 
 // By name, numbers in it by their value: IMG_9 before IMG_10.
 std::vector<Photograph> ListPhotographs(const fs::path& images) {
   std::vector<Photograph> photographs;
-  for (const auto& entry : fs::directory_iterator(images)) {
-    if (IsImageFileName(entry.path())) photographs.push_back({entry.path(), {}});
+  for (const auto& entry :
+       fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
+    const fs::path& file = entry.path();
+    if (IsImageFileName(file) && !IsHidden(file, images) && entry.is_regular_file())
+      photographs.push_back({file, {}, {}, {}});
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;
   });
-  for (Photograph& photograph : photographs) {
-    try {
-      photograph.exif = ReadExif(photograph.file);
-    } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
-      Log().warn("{}", error.what());
-    }
-  }
+  for (Photograph& photograph : photographs) ReadHeader(&photograph);
   return photographs;
+}
+
+/// Of one camera and size.
+using PhotographGroup = std::pair<std::string, std::pair<int, int>>;
+
+PhotographGroup GroupOf(const Photograph& photograph) {
+  return {photograph.exif.camera_model, {photograph.size->width, photograph.size->height}};
+}
+
+std::string Described(const PhotographGroup& group) {
+  const auto& [model, size] = group;
+  return fmt::format("{}x{}{}", size.first, size.second, model.empty() ? "" : " by " + model);
+}
+
+/// Leaves out the photographs that are not of the camera and size that most have, and names them.
+void KeepLargestGroup(std::vector<Photograph>* photographs) {
+  std::map<PhotographGroup, std::vector<std::string>> groups;
+  for (const Photograph& photograph : *photographs) {
+    if (photograph.size) groups[GroupOf(photograph)].push_back(photograph.file.filename().string());
+  }
+  if (groups.size() < 2) return;
+  const auto largest = std::max_element(
+      groups.begin(), groups.end(),
+      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  for (auto group = groups.begin(); group != groups.end(); ++group) {
+    if (group == largest) continue;
+    Log().warn("left out, {} photographs that are {} where most are {}: {}", group->second.size(),
+               Described(group->first), Described(largest->first), fmt::join(group->second, ", "));
+  }
+  std::erase_if(*photographs, [&](const Photograph& photograph) {
+    return photograph.size && GroupOf(photograph) != largest->first;
+  });
 }
 
 constexpr int64_t kSecond = 1000000000;
@@ -89,35 +145,23 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
   return frames;
 }
 
-Camera CameraFromExif(const std::vector<Photograph>& photographs,
-                      const std::vector<ImageFileFrame>& frames) {
-  const cv::Size size = FirstReadable(frames).size;
-  std::optional<double> focal;
+/// By the first photograph that tells; a guess where none does.
+FoundCamera FindCamera(const std::vector<Photograph>& photographs, const cv::Size& size) {
+  std::optional<FoundCamera> found;
   int differing = 0;
   constexpr double kSameLens = 0.01;
   for (const Photograph& photograph : photographs) {
-    const std::optional<double> own = FocalLengthPx(photograph.exif, size.width, size.height);
-    if (!focal) focal = own;
-    if (own && std::abs(*own - *focal) > kSameLens * *focal) ++differing;
-  }
-  const Photograph& first = photographs.front();
-  if (!focal) {
-    throw Error(
-        "{}: EXIF gives no focal length (camera model {}): expected FocalLengthIn35mmFilm, or "
-        "FocalLength with "
-        "FocalPlaneXResolution or a known camera, or a camera.yaml in the folder",
-        first.file.string(), Quoted(first.exif.camera_model));
+    const auto own = CameraFromMetadata(photograph.xmp, photograph.exif, size);
+    if (!found) found = own;
+    if (!own) continue;
+    const double focal_px = found->camera.pinhole.fx;
+    if (std::abs(own->camera.pinhole.fx - focal_px) > kSameLens * focal_px) ++differing;
   }
   if (differing > 0) {
     Log().warn("{}: {} of {} photographs have another focal length than the first",
-               first.file.string(), differing, photographs.size());
+               photographs.front().file.string(), differing, photographs.size());
   }
-  Log().info("focal length from EXIF: {:.1f} px", *focal);
-  Camera camera;
-  camera.width = size.width;
-  camera.height = size.height;
-  camera.pinhole = {*focal, *focal, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
-  return camera;
+  return found ? *found : GuessedCamera(size);
 }
 
 fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
@@ -134,26 +178,40 @@ fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
 std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path& images,
                                          const DatasetOptions& options) {
   std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
   ImageFileSequence sequence;
   sequence.kind = "photographs";
   sequence.frames = OrderFrames(images, &photographs);
+  const SizedImage first = FirstReadable(sequence.frames);
   const fs::path camera_file = FindCameraFile(folder, images, options);
   CameraFile read{.camera = {}, .refine = true, .has_intrinsics = false};
   if (!camera_file.empty()) read = ReadCameraFile(camera_file);
-  sequence.calibration_file =
-      camera_file.empty() ? "EXIF of " + images.string() : camera_file.string();
-  if (!read.has_intrinsics) {
-    const double rate_hz = read.camera.rate_hz;
-    read.camera = CameraFromExif(photographs, sequence.frames);
-    read.camera.rate_hz = rate_hz;
+  if (read.has_intrinsics) {
+    sequence.calibration_file = camera_file.string();
+    sequence.camera =
+        CameraForSize(read.camera, first.size, first.file.string(), sequence.calibration_file);
+    sequence.calibration = read.refine ? CalibrationByHand() : CalibrationSource{};
+  } else {
+    const FoundCamera found = FindCamera(photographs, first.size);
+    sequence.camera = found.camera;
+    sequence.camera.rate_hz = read.camera.rate_hz;
+    sequence.calibration = found.source;
+    sequence.calibration_file = found.source.text + " of " + images.string();
   }
-  sequence.camera = std::move(read.camera);
-  sequence.calibration_is_approximate = read.refine;
-  return MakeImageFileDataset(std::move(sequence));
+  const auto fixes = std::count_if(sequence.frames.begin(), sequence.frames.end(),
+                                   [](const ImageFileFrame& frame) { return frame.fix; });
+  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}", first.size.width,
+             first.size.height,
+             photographs.front().exif.camera_model.empty()
+                 ? ""
+                 : " by " + photographs.front().exif.camera_model,
+             sequence.camera.pinhole.fx, sequence.calibration.text, fixes, sequence.frames.size());
+  return MakeImageFileDataset(std::move(sequence), options);
 }
 
 std::vector<TimedFix> FixesOfPhotographs(const fs::path& images) {
   std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
   std::vector<TimedFix> fixes;
   for (const ImageFileFrame& frame : OrderFrames(images, &photographs)) {
     if (frame.fix) fixes.push_back({frame.time, *frame.fix});
