@@ -22,7 +22,8 @@ ARROWS = {
     "tracking": ["localisation"],
     "mapping": ["estimation", "matching"],
     "looping": ["localisation", "place"],
-    "system": ["tracking", "mapping", "looping"],
+    "survey": ["estimation", "matching", "place"],
+    "system": ["tracking", "mapping", "looping", "survey"],
     "io": ["map", "image"],
     "evaluation": ["geometry", "io"],
     "simulation": ["geometry", "image"],
@@ -31,7 +32,7 @@ ARROWS = {
 
 # Three parts that talk by value alone, so that their result cannot depend on threads' timing.
 SIBLINGS = ("tracking", "mapping", "looping")
-TIMELESS = ("localisation", *SIBLINGS)
+TIMELESS = ("localisation", "survey", *SIBLINGS)
 TIMELESS_FORBIDDEN = re.compile(
     r"<(?:thread|mutex|shared_mutex|chrono|condition_variable|future|atomic)>|\bdeepuav/base/queue\.h\b|\bStopwatch\b"
 )

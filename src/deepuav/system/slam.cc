@@ -38,6 +38,7 @@ void SystemOptions::Check() const {
   tracking.Check();
   mapping.Check();
   looping.Check();
+  survey.Check();
 }
 
 void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
@@ -64,6 +65,7 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("mapping.local_bundle", &mapping.local_bundle);
   registry->Add("mapping.global_bundle", &mapping.global_bundle);
   LoopingOptions& looping = options->looping;
+  registry->Add("survey", &options->survey);
   registry->Add("looping", &looping);
   registry->Add("looping.recogniser", &looping.recogniser);
   registry->Add("looping.relocaliser", &looping.relocaliser);
