@@ -157,7 +157,8 @@ void Run(const RunArguments& arguments) {
                  OptionTexts(registry),
                  OptionsAsYaml(registry),
                  origin,
-                 first_new_keyframe};
+                 first_new_keyframe,
+                 {}};
   std::optional<ProgressBar> bar(images.count());
   const auto advance = [&](FrameId frame, const std::string& state) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();

@@ -1,5 +1,6 @@
 #include "deepuav/system/photo_survey.h"
 
+#include "deepuav/base/time.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/stage_clock.h"
 
@@ -57,14 +58,21 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
       if (progress) progress(id);
     }
   }
-  run.result.stopped = stop && stop();
-  // What was seen until then is still made a map: a second request would end the program.
+  // What was seen until then is still made a map, for a while.
+  Stopwatch since_stop;
+  const auto late = [&] {
+    if (!run.result.stopped && stop && stop()) {
+      run.result.stopped = true;
+      since_stop.Restart();
+    }
+    return run.result.stopped && since_stop.Seconds() > options.finish_stopped_s;
+  };
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
   SurveyMapper mapper(camera, focal_sigma, options.survey, {quick, learned, perception.vocabulary},
                       &clock);
   try {
-    run.outcome = mapper.Run(views);
+    run.outcome = mapper.Run(views, late);
   } catch (const std::exception& error) {
     run.result.failure = error.what();
     run.outcome.places.resize(views.size());

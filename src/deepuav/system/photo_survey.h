@@ -16,7 +16,7 @@ struct SurveyRun {
 /// Makes maps of all photographs at once (SurveyMapper). `camera` as the extractor's;
 /// `focal_sigma`: how far its focal length is to be trusted, 0 for a calibrated one. `progress` is
 /// called for each photograph once its features are there; `stop` ends the reading of photographs
-/// early, asked again, also what follows.
+/// early, and what follows after options.finish_stopped_s.
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
                     const Perception& perception, ImageSource* images,
                     const std::function<void(FrameId)>& progress = nullptr,
