@@ -175,8 +175,11 @@ cv::Mat DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reducti
   double share = 0;
   cv::Mat image;
   if (!IsProgressive(bytes)) {
-    image = Decode(ended, name, reduction);
-    share = DecodedShare(image);
+    try {
+      image = Decode(ended, name, reduction);
+      share = DecodedShare(image);
+    } catch (const Error&) {  // breaks off before its pixels
+    }
   }
   if (share < kMinDecodedShare) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());

@@ -63,36 +63,62 @@ std::vector<Photograph> ListPhotographs(const fs::path& images) {
   return photographs;
 }
 
-/// Of one camera and size.
-using PhotographGroup = std::pair<std::string, std::pair<int, int>>;
+/// Of one size and camera; photographs without EXIF are taken for those of the camera that most of
+/// their size name.
+using PhotographGroup = std::pair<std::pair<int, int>, std::string>;
 
-PhotographGroup GroupOf(const Photograph& photograph) {
-  return {photograph.exif.camera_model, {photograph.size->width, photograph.size->height}};
+std::vector<std::optional<PhotographGroup>> GroupsOf(const std::vector<Photograph>& photographs) {
+  std::map<std::pair<int, int>, std::map<std::string, int>> models;
+  const auto size_of = [](const Photograph& photograph) {
+    return std::pair(photograph.size->width, photograph.size->height);
+  };
+  for (const Photograph& photograph : photographs) {
+    if (photograph.size && !photograph.exif.camera_model.empty())
+      ++models[size_of(photograph)][photograph.exif.camera_model];
+  }
+  std::vector<std::optional<PhotographGroup>> groups;
+  for (const Photograph& photograph : photographs) {
+    std::optional<PhotographGroup>& group = groups.emplace_back();
+    if (!photograph.size) continue;
+    std::string model = photograph.exif.camera_model;
+    const std::map<std::string, int>& named = models[size_of(photograph)];
+    if (model.empty() && !named.empty()) {
+      model = std::max_element(named.begin(), named.end(), [](const auto& a, const auto& b) {
+                return a.second < b.second;
+              })->first;
+    }
+    group = {size_of(photograph), model};
+  }
+  return groups;
 }
 
 std::string Described(const PhotographGroup& group) {
-  const auto& [model, size] = group;
+  const auto& [size, model] = group;
   return fmt::format("{}x{}{}", size.first, size.second, model.empty() ? "" : " by " + model);
 }
 
 /// Leaves out the photographs that are not of the camera and size that most have, and names them.
 void KeepLargestGroup(std::vector<Photograph>* photographs) {
-  std::map<PhotographGroup, std::vector<std::string>> groups;
-  for (const Photograph& photograph : *photographs) {
-    if (photograph.size) groups[GroupOf(photograph)].push_back(photograph.file.filename().string());
+  const std::vector<std::optional<PhotographGroup>> groups = GroupsOf(*photographs);
+  std::map<PhotographGroup, std::vector<std::string>> names;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (groups[i]) names[*groups[i]].push_back((*photographs)[i].file.filename().string());
   }
-  if (groups.size() < 2) return;
-  const auto largest = std::max_element(
-      groups.begin(), groups.end(),
-      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  for (auto group = groups.begin(); group != groups.end(); ++group) {
+  if (names.size() < 2) return;
+  const PhotographGroup largest =
+      std::max_element(names.begin(), names.end(), [](const auto& a, const auto& b) {
+        return a.second.size() < b.second.size();
+      })->first;
+  for (const auto& [group, files] : names) {
     if (group == largest) continue;
-    Log().warn("left out, {} photographs that are {} where most are {}: {}", group->second.size(),
-               Described(group->first), Described(largest->first), fmt::join(group->second, ", "));
+    Log().warn("left out, {} photographs that are {} where most are {}: {}", files.size(),
+               Described(group), Described(largest), fmt::join(files, ", "));
   }
-  std::erase_if(*photographs, [&](const Photograph& photograph) {
-    return photograph.size && GroupOf(photograph) != largest->first;
-  });
+  std::vector<Photograph> kept;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (!groups[i] || *groups[i] == largest) kept.push_back(std::move((*photographs)[i]));
+  }
+  *photographs = std::move(kept);
 }
 
 constexpr int64_t kSecond = 1000000000;
