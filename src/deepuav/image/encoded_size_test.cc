@@ -31,7 +31,7 @@ TEST(EncodedSize, IsThatOfTheDecodedImage) {
 
 TEST(EncodedSize, OfOtherBytesIsNothing) {
   EXPECT_FALSE(EncodedSize({}));
-  EXPECT_FALSE(EncodedSize(Encode(".ppm", {70, 31})));
+  EXPECT_FALSE(EncodedSize(Encode(".pgm", {70, 31})));
   const std::vector<uint8_t> jpeg = Encode(".jpg", {70, 31});
   EXPECT_FALSE(EncodedSize({jpeg.data(), 20}));
 }
