@@ -14,10 +14,13 @@
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/map_origin.h"
 #include "deepuav/io/options_file.h"
+#include "deepuav/system/photo_survey.h"
+#include "found_calibration.h"
 #include "interruption.h"
 #include "progress_bar.h"
 #include "run_options.h"
 #include "run_output.h"
+#include "sample_calibration.h"
 
 namespace deepuav {
 namespace {
@@ -86,6 +89,22 @@ std::string AbsolutePath(const std::string& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
 }
 
+/// What a run leaves behind, however it was done.
+struct RunOutcome {
+  SlamResult result;
+  Atlas atlas;
+  Camera camera;
+  std::optional<CalibrationSigmas> lens_sigmas;
+};
+
+/// Photographs are mapped all at once, unless they are to be found in maps that are there or there
+/// are too many.
+bool IsSurvey(const RunArguments& arguments, const SurveyOptions& options, const Dataset& dataset,
+              int images) {
+  return dataset.Kind() == "photographs" && options.enabled && arguments.map.empty() &&
+         arguments.schedule != "live" && images <= options.max_photographs;
+}
+
 void Run(const RunArguments& arguments) {
   const Stopwatch since_start;
   LogToStderr(arguments.log_level);
@@ -101,7 +120,8 @@ void Run(const RunArguments& arguments) {
         "which the map is found");
   const Schedule schedule = ParseSchedule(arguments.schedule);
 
-  const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
+  options.images.camera_file = arguments.camera;
+  const auto dataset = OpenDataset(arguments.dataset, options.images);
   DatasetImages images(dataset.get(), arguments.range);
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);
@@ -109,18 +129,21 @@ void Run(const RunArguments& arguments) {
   if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
   std::optional<LoadedAtlas> loaded;
   if (!arguments.map.empty()) loaded = LoadMaps(arguments.map, *dataset, &options);
-  const Camera& camera = loaded ? loaded->camera : dataset->camera();
+  const bool is_survey = IsSurvey(arguments, options.system.survey, *dataset, images.count());
+  const auto stop = [] { return SignalReceived() != 0; };
+  CatchSignals();
+  std::optional<SampleCalibration> sample;
+  if (!loaded && !is_survey) sample = CalibrateFromSample(dataset.get(), options, stop);
+  if (sample) options.system.refine_focal = false;
+  const Camera camera = loaded ? loaded->camera : sample ? sample->camera : dataset->camera();
   Eyes eyes(camera, options);
-  Slam slam(camera, options.system, eyes.perception());
   const MapOrigin origin = OriginOf(loaded, eyes, options.system.localise_only);
   KeyframeId first_new_keyframe{0};
   if (loaded) {
     CheckNetwork(arguments.map, *loaded, eyes);
     first_new_keyframe.value = loaded->atlas.ids().keyframes;
-    slam.Load(std::move(loaded->atlas));
   }
 
-  CatchSignals();
   RunFacts facts{AbsolutePath(arguments.dataset),
                  dataset->Kind(),
                  AbsolutePath(arguments.camera),
@@ -136,29 +159,49 @@ void Run(const RunArguments& arguments) {
                  OptionTexts(registry),
                  OptionsAsYaml(registry),
                  origin,
-                 first_new_keyframe};
+                 first_new_keyframe,
+                 {}};
   std::optional<ProgressBar> bar(images.count());
-  const auto show_progress = [&](const FrameRecord& record) {
+  const auto advance = [&](FrameId frame, const std::string& state) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
-    bar->Advance(static_cast<int>(record.id.value) + 1,
-                 record.located() ? "tracking" : record.reason);
+    bar->Advance(static_cast<int>(frame.value) + 1, state);
   };
   const Stopwatch running;
-  const SlamResult result =
-      slam.Run(&images, schedule, show_progress, [] { return SignalReceived() != 0; });
+  RunOutcome outcome;
+  if (is_survey) {
+    SurveyRun survey = RunSurvey(
+        camera, dataset->Calibration().focal_sigma, options.system, eyes.perception(), &images,
+        [&](FrameId frame) { advance(frame, "features"); }, stop);
+    outcome = {std::move(survey.result), std::move(survey.outcome.atlas),
+               std::move(survey.outcome.camera), survey.outcome.lens_sigmas};
+  } else {
+    Slam slam(camera, options.system, eyes.perception());
+    if (loaded) slam.Load(std::move(loaded->atlas));
+    outcome.result = slam.Run(
+        &images, schedule,
+        [&](const FrameRecord& record) {
+          advance(record.id, record.located() ? "tracking" : record.reason);
+        },
+        stop);
+    outcome.atlas = slam.TakeAtlas();
+    outcome.camera = slam.camera();
+    if (sample) outcome.lens_sigmas = sample->sigmas;
+  }
   bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
   if (!options.system.localise_only)
-    NameImages(slam.atlas(), *dataset, &facts.map_origin.image_names);
-  WriteRunOutput(arguments.out, slam.atlas(), slam.camera(), result, facts);
-  std::cout << DescribeRun(slam.atlas(), result, facts);
-  if (!result.failure.empty())
-    throw Error("{} (what was computed is in {})", result.failure, arguments.out);
+    NameImages(outcome.atlas, *dataset, &facts.map_origin.image_names);
+  facts.calibration = DescribeCalibration(*dataset, outcome.camera, outcome.lens_sigmas);
+  WriteRunOutput(arguments.out, outcome.atlas, outcome.camera, outcome.result, facts);
+  std::cout << DescribeRun(outcome.atlas, outcome.result, facts);
+  if (!outcome.result.failure.empty())
+    throw Error("{} (what was computed is in {})", outcome.result.failure, arguments.out);
   ExitIfInterrupted();
-  if (result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
-  if (slam.atlas().Remaining().empty()) {
-    throw Error("{}: no map was started: {}", arguments.dataset, result.frames.back().reason);
+  if (outcome.result.frames.empty()) throw Error("{}: no image could be read", arguments.dataset);
+  if (outcome.atlas.Remaining().empty()) {
+    throw Error("{}: no map was started: {}", arguments.dataset,
+                outcome.result.frames.back().reason);
   }
 }
 

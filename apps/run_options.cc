@@ -42,6 +42,7 @@ void MatcherChoice::Check() const {
 }
 
 void RunOptions::Check() const {
+  images.Check();
   features.Check();
   inference.Check();
   matcher.Check();
@@ -52,6 +53,7 @@ void RunOptions::Check() const {
 }
 
 void RunOptions::Register(OptionRegistry* registry) {
+  registry->Add("images", &images);
   registry->Add("features", &network);
   registry->Add("features", &features);
   registry->Add("inference", &inference);

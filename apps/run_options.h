@@ -9,6 +9,7 @@
 #include "deepuav/base/options.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
+#include "deepuav/io/dataset.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/matching/superglue.h"
 #include "deepuav/place/vocabulary.h"
@@ -46,6 +47,7 @@ struct PlaceOptions {
 
 /// All options of a run.
 struct RunOptions {
+  DatasetOptions images;
   NetworkSize network;
   SuperPointOptions features;
   InferenceOptions inference;

@@ -205,6 +205,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   });
   attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
   attempt([&] { WriteFileAtomically(folder / "options.yaml", facts.options_yaml); });
+  attempt([&] { WriteFileAtomically(folder / "camera.yaml", CalibrationYaml(facts.calibration)); });
   attempt([&] {
     WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
   });
@@ -225,6 +226,7 @@ std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunF
     text += fmt::format("map {}: {} of {} frames, {} keyframes, {} landmarks\n", numbers.at(id),
                         count, result.frames.size(), map.KeyframeCount(), map.LandmarkCount());
   }
+  text += CalibrationText(facts.calibration);
   text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n",
                       result.frames.size(), facts.wall_s,
                       static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9),

@@ -34,7 +34,7 @@ ARROWS = read_arrows(ARCHITECTURE.read_text())
 
 # Three parts that talk by value alone, so that their result cannot depend on threads' timing.
 SIBLINGS = ("tracking", "mapping", "looping")
-TIMELESS = ("localisation", *SIBLINGS)
+TIMELESS = ("localisation", "survey", *SIBLINGS)
 TIMELESS_FORBIDDEN = re.compile(
     r"<(?:thread|mutex|shared_mutex|chrono|condition_variable|future|atomic)>|\bdeepuav/base/queue\.h\b|\bStopwatch\b"
 )

@@ -1,5 +1,6 @@
 #include "deepuav/estimation/bundle_adjustment.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -104,6 +105,18 @@ FocalPrior FocalPriorOf(const BundleProblem& problem, const BundleOptions& optio
   return {guess, 1 / options.focal_sigma};
 }
 
+BundleStructure StructureOf(const BundleProblem& problem, const BundleOptions& options) {
+  BundleStructure structure(problem);
+  if (options.refine_focal) structure.focal_prior = FocalPriorOf(problem, options);
+  if (options.refine_radial) structure.radial_prior = {1 / options.k1_sigma, 1 / options.k2_sigma};
+  return structure;
+}
+
+BundleState StateOf(const BundleProblem& problem) {
+  return {
+      {problem.pinhole, problem.k1, problem.k2}, problem.cam_from_world, problem.landmarks_world};
+}
+
 bool IsOutlier(const BundleObservation& observation, const BundleState& state, double chi_square) {
   if (!UsableObservation(observation)) return true;
   const Eigen::Vector3d point =
@@ -121,17 +134,16 @@ void BundleOptions::Check() const {
   CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
               min_relative_decrease, "at least 0 and below 1");
   CheckPositive("focal_sigma", focal_sigma, 10);
+  CheckPositive("k1_sigma", k1_sigma, 100);
+  CheckPositive("k2_sigma", k2_sigma, 100);
 }
 
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop) {
   options.Check();
   CheckBundleProblem(*problem);
-  BundleStructure structure(*problem);
-  if (options.refine_focal) structure.focal_prior = FocalPriorOf(*problem, options);
-  BundleState state{{problem->pinhole, problem->k1, problem->k2},
-                    problem->cam_from_world,
-                    problem->landmarks_world};
+  const BundleStructure structure = StructureOf(*problem, options);
+  BundleState state = StateOf(*problem);
   BundleReport report;
   Minimize(structure, options, stop, &state, &report);
 
@@ -145,6 +157,48 @@ BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
   problem->cam_from_world = std::move(state.cam_from_world);
   problem->landmarks_world = std::move(state.landmarks_world);
   return report;
+}
+
+std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& problem,
+                                                           const BundleOptions& options) {
+  options.Check();
+  CheckBundleProblem(problem);
+  const BundleStructure structure = StructureOf(problem, options);
+  const BundleState state = StateOf(problem);
+  const RefinedCalibration refined{options.refine_focal, options.refine_radial};
+  if (!refined.any() || structure.groups() == 0) return std::nullopt;
+  BundleLinearization linearization;
+  linearization.Compute(structure, state, HuberLoss{options.chi_square}, refined);
+  // What is not refined has no information of its own.
+  if (!refined.focal) linearization.calibration_calibration(kFocalScale, kFocalScale) = 1;
+  if (!refined.radial) {
+    linearization.calibration_calibration(kRadial1, kRadial1) = 1;
+    linearization.calibration_calibration(kRadial2, kRadial2) = 1;
+  }
+  ReducedCameraSystem system(structure);
+  BundleStep step;
+  constexpr double kHoldsTheGauge = 1e-9;
+  if (!system.Solve(linearization, kHoldsTheGauge, &step)) return std::nullopt;
+
+  double squared = 0, count = 0;
+  for (const BundleObservation& observation : problem.observations) {
+    if (IsOutlier(observation, state, options.chi_square)) continue;
+    const Eigen::Vector3d point =
+        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
+    squared += (state.camera.Project(point) - observation.px).squaredNorm() /
+               (observation.sigma_px * observation.sigma_px);
+    count += 2;
+  }
+  const double freedom = count - 6.0 * structure.free_cameras() - 3.0 * structure.groups();
+  if (freedom < 1) return std::nullopt;
+  const MatrixCalibration covariance =
+      squared / freedom * system.CalibrationInformation().inverse();
+  const Eigen::Array<double, kCalibrationParameters, 1> sigmas =
+      covariance.diagonal().array().sqrt();
+  if (!sigmas.allFinite()) return std::nullopt;
+  return CalibrationSigmas{refined.focal ? sigmas[kFocalScale] : 0,
+                           refined.radial ? sigmas[kRadial1] : 0,
+                           refined.radial ? sigmas[kRadial2] : 0};
 }
 
 }  // namespace deepuav

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "deepuav/geometry/camera.h"
@@ -39,6 +40,8 @@ struct BundleOptions {
   bool refine_focal = false;            ///< One scale for fx and fy.
   double focal_sigma = 0.1;    ///< Standard deviation of the guess of the focal length, over it.
   bool refine_radial = false;  ///< k1 and k2.
+  double k1_sigma = 0.5;       ///< Standard deviation of k1 about 0, where refined...
+  double k2_sigma = 0.5;       ///< ...and of k2.
 
   void Check() const;
   template <typename Visitor>
@@ -50,6 +53,9 @@ struct BundleOptions {
           "decrease of the cost below which a step is the last");
     visit("focal_sigma", focal_sigma, "",
           "standard deviation of a guessed focal length, as a share of it, where it is refined");
+    visit("k1_sigma", k1_sigma, "",
+          "standard deviation of the radial distortion k1 about none, where it is refined");
+    visit("k2_sigma", k2_sigma, "", "likewise of k2");
   }
 };
 
@@ -67,5 +73,16 @@ struct BundleReport {
 /// problem (no threads, fixed order). `stop`, if given, is asked between the steps.
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
+
+/// Standard deviations of what the problem tells of the calibration, at its present state, with the
+/// priors of the options and the noise that the inliers' residuals show.
+struct CalibrationSigmas {
+  double focal = 0;  ///< Over the focal length.
+  double k1 = 0, k2 = 0;
+};
+
+/// Nothing where the options refine none of it, or the views do not tell it.
+std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& problem,
+                                                           const BundleOptions& options);
 
 }  // namespace deepuav

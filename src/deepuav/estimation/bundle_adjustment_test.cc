@@ -334,5 +334,46 @@ TEST(AdjustBundle, EmptyAndWrongProblems) {
   EXPECT_THROW(AdjustBundle(&bad, options), Error);
 }
 
+TEST(EstimateCalibrationSigmas, AreThoseOfRepeatedAdjustments) {
+  const SyntheticWorld world = OrbitWorld(21, 8, 150);
+  BundleOptions options = Precise();
+  options.refine_focal = options.refine_radial = true;
+  options.focal_sigma = options.k1_sigma = options.k2_sigma = 10;
+  double focal_squared = 0, k1_squared = 0;
+  CalibrationSigmas sigmas;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(100 + static_cast<uint64_t>(run));
+    BundleProblem problem = MakeBundleProblem(world, {0.5, 0}, &random);
+    AdjustBundle(&problem, options);
+    focal_squared += std::pow(std::log(problem.pinhole.fx / world.pinhole.fx), 2);
+    k1_squared += problem.k1 * problem.k1;
+    const auto estimated = EstimateCalibrationSigmas(problem, options);
+    ASSERT_TRUE(estimated);
+    sigmas = *estimated;
+  }
+  EXPECT_NEAR(sigmas.focal / std::sqrt(focal_squared / kRuns), 1, 0.3);
+  EXPECT_NEAR(sigmas.k1 / std::sqrt(k1_squared / kRuns), 1, 0.3);
+}
+
+TEST(EstimateCalibrationSigmas, OfWhatIsNotRefinedAreNone) {
+  Random random(22);
+  const BundleProblem problem = MakeBundleProblem(OrbitWorld(21, 4, 50), {0.5, 0}, &random);
+  EXPECT_FALSE(EstimateCalibrationSigmas(problem, Precise()));
+}
+
+TEST(AdjustBundle, WhatTheViewsDoNotTellOfTheLensStaysWithThePrior) {
+  // Two views leave the bend to be traded against the landmarks.
+  const SyntheticWorld world = OrbitWorld(23, 2, 60);
+  Random random(24);
+  BundleProblem problem = MakeBundleProblem(world, {0.5, 0}, &random);
+  problem.k1 = 0.3;
+  BundleOptions options = Precise();
+  options.refine_focal = options.refine_radial = true;
+  options.k1_sigma = options.k2_sigma = 1e-4;
+  AdjustBundle(&problem, options);
+  EXPECT_NEAR(problem.k1, 0, 1e-3);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -96,6 +96,7 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
     }
   }
   if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
+  if (refined.radial) AddPrior(structure.radial_prior, state.camera.k1, state.camera.k2);
 }
 
 void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
@@ -103,11 +104,22 @@ void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
   calibration_gradient[kFocalScale] += prior.per_sigma * prior.Error(fx);
 }
 
+void BundleLinearization::AddPrior(const RadialPrior& prior, double k1, double k2) {
+  const double k1_information = prior.per_k1_sigma * prior.per_k1_sigma;
+  const double k2_information = prior.per_k2_sigma * prior.per_k2_sigma;
+  calibration_calibration(kRadial1, kRadial1) += k1_information;
+  calibration_calibration(kRadial2, kRadial2) += k2_information;
+  calibration_gradient[kRadial1] += k1_information * k1;
+  calibration_gradient[kRadial2] += k2_information * k2;
+}
+
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
-  double cost = prior * prior;
+  const double radial_1 = structure.radial_prior.per_k1_sigma * state.camera.k1;
+  const double radial_2 = structure.radial_prior.per_k2_sigma * state.camera.k2;
+  double cost = prior * prior + radial_1 * radial_1 + radial_2 * radial_2;
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];

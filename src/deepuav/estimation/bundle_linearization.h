@@ -40,9 +40,10 @@ struct BundleLinearization {
 
  private:
   void AddPrior(const FocalPrior& prior, double fx);
+  void AddPrior(const RadialPrior& prior, double k1, double k2);
 };
 
-/// Sum of the Huber losses of the grouped observations and of the prior's loss. An error above 45
+/// Sum of the Huber losses of the grouped observations and of the priors' losses. An error above 45
 /// degrees, or a landmark behind the camera, costs as much as 45 degrees and has no part in the
 /// linearisation: it is an outlier of the step.
 double BundleCost(const BundleStructure& structure, const BundleState& state,

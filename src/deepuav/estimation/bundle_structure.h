@@ -25,6 +25,11 @@ struct FocalPrior {
   double Error(double fx) const { return per_sigma * std::log(fx / guess_px); }
 };
 
+/// What is known of k1 and k2 beforehand: near 0.
+struct RadialPrior {
+  double per_k1_sigma = 0, per_k2_sigma = 0;  ///< 0: nothing is known.
+};
+
 /// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if
 /// at least two usable observations (finite, sigma above 0) see it; other landmarks and their
 /// observations take no part. A camera moves if it is not fixed and sees a landmark that moves.
@@ -43,6 +48,7 @@ struct BundleStructure {
   /// camera_observations[camera_begin[i] .. camera_begin[i + 1]).
   std::vector<int> camera_observations, camera_begin;
   FocalPrior focal_prior;
+  RadialPrior radial_prior;
 };
 
 /// Throws Error for sizes that do not fit, indices out of range, or poses and a calibration that

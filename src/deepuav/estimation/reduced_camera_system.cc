@@ -191,10 +191,16 @@ bool ReducedCameraSystem::SolveCameras(bool has_calibration) {
   return true;
 }
 
+MatrixCalibration ReducedCameraSystem::CalibrationInformation() const {
+  MatrixCalibration matrix = calibration_matrix_;
+  matrix.noalias() -= right_.rightCols<kCalibrationParameters>().transpose() *
+                      solved_.rightCols<kCalibrationParameters>();
+  return matrix;
+}
+
 bool ReducedCameraSystem::SolveCalibration(BundleStep* step) {
   const auto border = right_.rightCols<kCalibrationParameters>();
-  MatrixCalibration matrix = calibration_matrix_;
-  matrix.noalias() -= border.transpose() * solved_.rightCols<kCalibrationParameters>();
+  const MatrixCalibration matrix = CalibrationInformation();
   Vector3dCalibration gradient = calibration_right_;
   gradient.noalias() -= border.transpose() * solved_.col(0);
   const Eigen::LLT<MatrixCalibration> factor(matrix);

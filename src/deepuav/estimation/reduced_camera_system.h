@@ -34,6 +34,9 @@ class ReducedCameraSystem {
   /// definite.
   bool Solve(const BundleLinearization& linearization, double damping, BundleStep* step);
 
+  /// The information of the calibration, poses and landmarks eliminated, as of the last Solve.
+  MatrixCalibration CalibrationInformation() const;
+
   /// The lower triangle of the reduced system of the cameras, as of the last Solve.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
 

@@ -1,5 +1,6 @@
 #include "deepuav/image/encoded_size.h"
 
+#include <cmath>
 #include <cstring>
 #include <string_view>
 
@@ -66,6 +67,27 @@ std::optional<cv::Size2d> TiffSize(const Reader& reader) {
   return SizeOf(width, height);
 }
 
+// BITMAPINFOHEADER; a negative height says that the rows run downwards.
+std::optional<cv::Size2d> BmpSize(const Reader& reader) {
+  return SizeOf(std::abs(static_cast<double>(static_cast<int32_t>(reader.Number(18, 4)))),
+                std::abs(static_cast<double>(static_cast<int32_t>(reader.Number(22, 4)))));
+}
+
+// The first chunk (WebP container specification; RFC 6386, 9.1; lossless bitstream, 3).
+std::optional<cv::Size2d> WebpSize(const Reader& reader) {
+  const std::span<const uint8_t> chunk = reader.bytes.subspan(12);
+  constexpr uint32_t k14Bits = 0x3fff;
+  if (StartsWith(chunk, "VP8X"))
+    return SizeOf(reader.Number(24, 3) + 1.0, reader.Number(27, 3) + 1.0);
+  if (StartsWith(chunk, "VP8L")) {
+    const uint32_t bits = reader.Number(21, 4);
+    return SizeOf((bits & k14Bits) + 1.0, (bits >> 14 & k14Bits) + 1.0);
+  }
+  if (StartsWith(chunk, "VP8 "))
+    return SizeOf(reader.Number(26, 2) & k14Bits, reader.Number(28, 2) & k14Bits);
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<cv::Size2d> EncodedSize(std::span<const uint8_t> bytes) {
@@ -76,6 +98,9 @@ std::optional<cv::Size2d> EncodedSize(std::span<const uint8_t> bytes) {
   }
   if (StartsWith(bytes, "II*\0"sv)) return TiffSize({bytes, false});
   if (StartsWith(bytes, "MM\0*"sv)) return TiffSize({bytes, true});
+  if (StartsWith(bytes, "BM") && bytes.size() >= 26) return BmpSize({bytes, false});
+  if (StartsWith(bytes, "RIFF") && bytes.size() >= 30 && StartsWith(bytes.subspan(8), "WEBP"))
+    return WebpSize({bytes, false});
   return std::nullopt;
 }
 

@@ -21,7 +21,7 @@ std::vector<uint8_t> Encode(const std::string& ending, const cv::Size& size,
 
 TEST(EncodedSize, IsThatOfTheDecodedImage) {
   const cv::Size2d expected(70, 31);
-  for (const std::string ending : {".jpg", ".png", ".tif"}) {
+  for (const std::string ending : {".jpg", ".png", ".tif", ".bmp", ".webp"}) {
     const auto size = EncodedSize(Encode(ending, {70, 31}));
     ASSERT_TRUE(size) << ending;
     EXPECT_EQ(*size, expected) << ending;
@@ -31,7 +31,7 @@ TEST(EncodedSize, IsThatOfTheDecodedImage) {
 
 TEST(EncodedSize, OfOtherBytesIsNothing) {
   EXPECT_FALSE(EncodedSize({}));
-  EXPECT_FALSE(EncodedSize(Encode(".bmp", {70, 31})));
+  EXPECT_FALSE(EncodedSize(Encode(".pgm", {70, 31})));
   const std::vector<uint8_t> jpeg = Encode(".jpg", {70, 31});
   EXPECT_FALSE(EncodedSize({jpeg.data(), 20}));
 }

@@ -1,15 +1,19 @@
 #include "deepuav/image/image.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/input_file.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/image/encoded_size.h"
+#include "deepuav/image/reduced_image.h"
 
 namespace deepuav {
 namespace {
@@ -69,54 +73,170 @@ bool IsWholePng(const Bytes& bytes) {
   return false;
 }
 
-// OpenCV fills what is missing of these formats with grey and only warns.
-bool IsTruncated(const Bytes& bytes) {
-  if (StartsWith(bytes, kJpegSignature)) return !IsWholeJpeg(bytes);
-  if (StartsWith(bytes, kPngSignature)) return !IsWholePng(bytes);
+bool IsTruncatedPng(const Bytes& bytes) {
+  return StartsWith(bytes, kPngSignature) && !IsWholePng(bytes);
+}
+
+/// The share of a broken-off JPEG's rows that was decoded: libjpeg fills the rest with one grey.
+double DecodedShare(const cv::Mat& image) {
+  int rows = image.rows;
+  for (; rows > 0; --rows) {
+    double least = 0, most = 0;
+    cv::minMaxLoc(image.row(rows - 1).reshape(1), &least, &most);
+    if (most - least > 1) break;
+  }
+  return static_cast<double>(rows) / image.rows;
+}
+
+// Fewer rows show too little of the ground, and a progressive JPEG without its end has all rows but
+// none of them sharp.
+constexpr double kMinDecodedShare = 0.75;
+
+bool IsProgressive(const Bytes& bytes) {
+  constexpr uint8_t kProgressiveFrame = 0xc2, kStartOfScan = 0xda;
+  for (size_t at = 2; at + 3 < bytes.size() && bytes[at] == 0xff;) {
+    if (bytes[at + 1] == kProgressiveFrame) return true;
+    if (bytes[at + 1] == kStartOfScan) return false;
+    at += 2 + BigEndian(bytes, at + 2, 2);
+  }
   return false;
+}
+
+/// How far a JPEG of `from` may be reduced by its decoder and still be as large as `to`.
+int DecoderReduction(const cv::Size2d& from, const cv::Size& to) {
+  for (const int factor : {8, 4, 2}) {
+    if (from.width / factor >= to.width && from.height / factor >= to.height) return factor;
+  }
+  return 1;
+}
+
+int ReadMode(int reduction) {
+  switch (reduction) {
+    case 8:
+      return cv::IMREAD_REDUCED_GRAYSCALE_8;
+    case 4:
+      return cv::IMREAD_REDUCED_GRAYSCALE_4;
+    case 2:
+      return cv::IMREAD_REDUCED_GRAYSCALE_2;
+    default:
+      return cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH;
+  }
+}
+
+/// The value that `share` of the finite pixels are below, from a sorted sample of them.
+float Percentile(const std::vector<float>& sorted, double share) {
+  return sorted[static_cast<size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+GreyImage StretchTo8Bit(const cv::Mat& deep, const std::string& name) {
+  if (deep.depth() == CV_8U) return deep;
+  cv::Mat1f values;
+  deep.convertTo(values, CV_32F);
+  constexpr size_t kSample = 100000;
+  const size_t step = std::max<size_t>(1, values.total() / kSample);
+  std::vector<float> sample;
+  for (size_t i = 0; i < values.total(); i += step) {
+    const float value =
+        values.at<float>(static_cast<int>(i) / values.cols, static_cast<int>(i) % values.cols);
+    if (std::isfinite(value)) sample.push_back(value);
+  }
+  if (sample.empty()) throw Error("image {}: holds no finite value: expected a picture", name);
+  std::sort(sample.begin(), sample.end());
+  constexpr double kCutShare = 0.01;
+  float low = Percentile(sample, kCutShare), high = Percentile(sample, 1 - kCutShare);
+  // A photograph of 16 bits that uses them is none of a thermal camera.
+  constexpr float kWhole = 65535, kMinUsed = 0.25;
+  if (deep.depth() == CV_16U && high - low >= kMinUsed * kWhole) low = 0, high = kWhole;
+  const double gain = high > low ? 255.0 / (high - low) : 0;
+  cv::patchNaNs(values, low);
+  GreyImage grey;
+  values.convertTo(grey, CV_8U, gain, -gain * low);
+  return grey;
+}
+
+/// What OpenCV makes of the bytes; throws Error where that is nothing.
+cv::Mat Decode(const Bytes& bytes, const std::string& name, int reduction) {
+  try {
+    // Calibrations are in the sensor's pixels, so the orientation in the EXIF data must not turn
+    // the image.
+    cv::Mat image = cv::imdecode(bytes, ReadMode(reduction) | cv::IMREAD_IGNORE_ORIENTATION);
+    if (!image.empty()) return image;
+  } catch (const cv::Exception& exception) {
+    throw Error("image {}: cannot be decoded ({}): expected an image", name, exception.err);
+  }
+  throw Error("image {}: cannot be decoded: expected an image that OpenCV reads", name);
+}
+
+/// A JPEG without its end, as far as it goes. The end marker is set behind it: without one OpenCV
+/// repeats the last row.
+cv::Mat DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reduction) {
+  Bytes ended = bytes;
+  ended.push_back(0xff);
+  ended.push_back(0xd9);
+  double share = 0;
+  cv::Mat image;
+  if (!IsProgressive(bytes)) {
+    try {
+      image = Decode(ended, name, reduction);
+      share = DecodedShare(image);
+    } catch (const Error&) {  // breaks off before its pixels
+    }
+  }
+  if (share < kMinDecodedShare) {
+    throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
+  }
+  Log().warn("image {}: breaks off after {} bytes: {:.0f} % of its rows are used", name,
+             bytes.size(), 100 * share);
+  return image;
 }
 
 }  // namespace
 
-GreyImage LoadGrey(const std::filesystem::path& file) {
+GreyImage LoadGrey(const std::filesystem::path& file) { return LoadReducedGrey(file, {}); }
+
+GreyImage DecodeGrey(const std::vector<uint8_t>& bytes, const std::string& name) {
+  return DecodeReducedGrey(bytes, name, {});
+}
+
+GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& size) {
   RefuseNamedPipe(file);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream || std::filesystem::is_directory(file)) {
     throw Error("image {}: cannot be opened: expected a readable image file", file.string());
   }
-  const auto size = static_cast<int64_t>(stream.tellg());
-  if (size > kMaxBytes) {
-    throw Error("image {}: has {} bytes: expected at most {}", file.string(), size, kMaxBytes);
+  const auto length = static_cast<int64_t>(stream.tellg());
+  if (length > kMaxBytes) {
+    throw Error("image {}: has {} bytes: expected at most {}", file.string(), length, kMaxBytes);
   }
-  Bytes bytes(static_cast<size_t>(std::max<int64_t>(size, 0)));
+  Bytes bytes(static_cast<size_t>(std::max<int64_t>(length, 0)));
   stream.seekg(0);
   if (!stream.read(reinterpret_cast<char*>(bytes.data()),
                    static_cast<std::streamsize>(bytes.size()))) {
     throw Error("image {}: cannot be read: expected {} bytes", file.string(), bytes.size());
   }
-  return DecodeGrey(bytes, file.string());
+  return DecodeReducedGrey(bytes, file.string(), size);
 }
 
-GreyImage DecodeGrey(const std::vector<uint8_t>& bytes, const std::string& name) {
+GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,
+                            const cv::Size& size) {
   if (bytes.empty()) throw Error("image {}: is empty: expected an image", name);
-  if (IsTruncated(bytes)) {
+  const bool is_jpeg = StartsWith(bytes, kJpegSignature);
+  if (IsTruncatedPng(bytes)) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
   }
-  if (const auto size = EncodedSize(bytes); size && size->area() > kMaxPixels) {
-    throw Error("image {}: is {:.0f}x{:.0f}: expected at most {:.0f} pixels", name, size->width,
-                size->height, kMaxPixels);
+  const auto encoded = EncodedSize(bytes);
+  if (encoded && encoded->area() > kMaxPixels) {
+    throw Error("image {}: is {:.0f}x{:.0f}: expected at most {:.0f} pixels", name, encoded->width,
+                encoded->height, kMaxPixels);
   }
-  cv::Mat image;
-  try {
-    // Calibrations are in the sensor's pixels, so the orientation in the EXIF data must not turn
-    // the image.
-    image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& exception) {
-    throw Error("image {}: cannot be decoded ({}): expected an image", name, exception.err);
-  }
-  if (image.empty())
-    throw Error("image {}: cannot be decoded: expected an image that OpenCV reads", name);
-  return image;
+  const int reduction = is_jpeg && encoded && !size.empty() ? DecoderReduction(*encoded, size) : 1;
+  const cv::Mat image = is_jpeg && !IsWholeJpeg(bytes) ? DecodeBrokenOff(bytes, name, reduction)
+                                                       : Decode(bytes, name, reduction);
+  GreyImage grey = StretchTo8Bit(image, name);
+  if (size.empty() || grey.size() == size) return grey;
+  GreyImage reduced;
+  cv::resize(grey, reduced, size, 0, 0, cv::INTER_AREA);
+  return reduced;
 }
 
 }  // namespace deepuav

@@ -9,8 +9,8 @@ namespace deepuav {
 /// made.
 using GreyImage = cv::Mat1b;
 
-/// Decodes an image file as grey. Throws Error naming the file when it is missing, empty, truncated
-/// or no image.
+/// Decodes an image file as grey; reduced_image.h says how. Throws Error naming the file when it is
+/// missing, empty, truncated (a JPEG by more than a quarter of its rows) or no image.
 GreyImage LoadGrey(const std::filesystem::path& file);
 
 /// The same from the bytes of a file, `name` for messages.

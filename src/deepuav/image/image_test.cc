@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "deepuav/base/error.h"
+#include "deepuav/image/reduced_image.h"
 
 namespace deepuav {
 namespace {
@@ -88,13 +89,66 @@ TEST(DecodeGrey, DecodesEveryKindOfJpeg) {
   }
 }
 
-TEST(DecodeGrey, RefusesTruncatedJpegsAtEveryLength) {
-  for (const int progressive : {0, 1}) {
-    const Bytes whole = Encode(".jpg", Picture(), {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
-    for (size_t length = 1; length < whole.size(); ++length) {
-      const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
-      ASSERT_THROW(DecodeGrey(cut, "a"), Error) << length << " of " << whole.size();
+Bytes CutTo(const Bytes& whole, double share) {
+  return {whole.begin(),
+          whole.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(whole.size()))};
+}
+
+TEST(DecodeGrey, RefusesTruncatedProgressiveJpegsAtEveryLength) {
+  const Bytes whole = Encode(".jpg", Picture(), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  for (size_t length = 1; length < whole.size(); ++length) {
+    const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+    ASSERT_THROW(DecodeGrey(cut, "a"), Error) << length << " of " << whole.size();
+  }
+}
+
+// Every row of blocks takes about as many bytes as any other.
+GreyImage Noise() {
+  GreyImage noise(256, 320);
+  cv::RNG random(5);
+  random.fill(noise, cv::RNG::UNIFORM, 0, 255);
+  return noise;
+}
+
+TEST(DecodeGrey, UsesAJpegThatBreaksOffNearItsEndAsFarAsItGoes) {
+  const Bytes whole = Encode(".jpg", Noise());
+  const GreyImage expected = DecodeGrey(whole, "a");
+  for (const double share : {0.8, 0.9, 0.97}) {
+    const GreyImage cut = DecodeGrey(CutTo(whole, share), "a");
+    ASSERT_EQ(cut.size(), expected.size());
+    const cv::Range good(0, static_cast<int>((share - 0.06) * expected.rows));
+    EXPECT_EQ(MaxDifference(cut.rowRange(good), expected.rowRange(good)), 0) << share;
+  }
+  for (const double share : {0.02, 0.3, 0.6, 0.7}) ExpectRefused(CutTo(whole, share), "breaks off");
+}
+
+TEST(DecodeReducedGrey, HasTheSizeAskedForAndTheSamePicture) {
+  GreyImage smooth;
+  cv::GaussianBlur(Noise(), smooth, {}, 6);
+  cv::normalize(smooth, smooth, 0, 255, cv::NORM_MINMAX);
+  for (const char* extension : {".jpg", ".png", ".webp", ".bmp", ".tif"}) {
+    const Bytes bytes = Encode(extension, smooth);
+    for (const cv::Size size : {cv::Size(160, 128), cv::Size(100, 80), cv::Size(61, 40)}) {
+      GreyImage expected;
+      cv::resize(DecodeGrey(bytes, "a"), expected, size, 0, 0, cv::INTER_AREA);
+      EXPECT_LE(MaxDifference(DecodeReducedGrey(bytes, "a", size), expected), 8)
+          << extension << size;
     }
+  }
+}
+
+TEST(DecodeGrey, StretchesThermalImages) {
+  const GreyImage picture = Picture();
+  cv::Mat counts, kelvin;
+  picture.convertTo(counts, CV_16U, 3, 7000);
+  picture.convertTo(kelvin, CV_32F, 0.05, 280);
+  for (const Bytes& bytes : {Encode(".png", counts), Encode(".tif", kelvin)}) {
+    const GreyImage grey = DecodeGrey(bytes, "a");
+    double least = 0, most = 0;
+    cv::minMaxLoc(grey, &least, &most);
+    EXPECT_EQ(least, 0);
+    EXPECT_EQ(most, 255);
+    EXPECT_LT(grey(5, 5), grey(40, 30));
   }
 }
 
@@ -135,7 +189,9 @@ TEST(DecodeGrey, LooksPastTheEndMarkerOfAThumbnail) {
   const Bytes whole = InsertSegment(Encode(".jpg", Picture()), 0xe1, thumbnail);
   EXPECT_EQ(DecodeGrey(whole, "a").cols, 64);
   const size_t end_of_thumbnail = 6 + thumbnail.size();
-  for (const size_t length : {end_of_thumbnail, end_of_thumbnail + 40, whole.size() - 2}) {
+  const Bytes without_end(whole.begin(), whole.end() - 2);
+  EXPECT_EQ(MaxDifference(DecodeGrey(without_end, "a"), DecodeGrey(whole, "a")), 0);
+  for (const size_t length : {end_of_thumbnail, end_of_thumbnail + 40}) {
     ExpectRefused(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)),
                   "breaks off");
   }
@@ -201,7 +257,7 @@ TEST_F(LoadGreyTest, NamesTheBadFile) {
   expect_refused(folder_, "cannot be opened");
   expect_refused(Write("empty.jpg", {}), "empty");
   Bytes cut = Encode(".jpg", Picture());
-  cut.resize(cut.size() / 2);
+  cut.resize(cut.size() / 2);  // half of the rows at most
   expect_refused(Write("cut.jpg", cut), "breaks off");
 }
 

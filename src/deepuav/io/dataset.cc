@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/options.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 
@@ -24,7 +26,8 @@ bool IsVideoFileName(const fs::path& file) {
 
 bool HoldsPhotographs(const fs::path& folder) {
   if (!fs::is_directory(folder)) return false;
-  const fs::directory_iterator entries(folder);
+  const fs::recursive_directory_iterator entries(folder,
+                                                 fs::directory_options::skip_permission_denied);
   return std::any_of(begin(entries), end(entries),
                      [](const auto& entry) { return IsImageFileName(entry.path()); });
 }
@@ -41,13 +44,14 @@ FoundLayout FindLayout(const fs::path& path) {
   if (fs::is_directory(path / "cam0")) return {Layout::kEuroc, path};
   if (fs::exists(path / "rgb.txt")) return {Layout::kTum, path};
   if (fs::is_directory(path / "image_0")) return {Layout::kKitti, path};
-  if (HoldsPhotographs(path)) return {Layout::kPhotographs, path};
+  // Beside its folder images/ a survey often has others, of masks or of what was made of it.
   if (HoldsPhotographs(path / "images")) return {Layout::kPhotographs, path / "images"};
+  if (HoldsPhotographs(path)) return {Layout::kPhotographs, path};
   if (fs::is_empty(path)) throw Error("{}: the folder is empty: expected a dataset", path.string());
   throw Error(
       "{}: no known layout: expected EuRoC (mav0/), TUM (rgb.txt), KITTI (image_0/, times.txt, "
       "calib.txt), or "
-      "photographs (jpg, png, tif; here or in images/)",
+      "photographs (jpg, png, tif, webp, bmp; here or in sub-folders)",
       path.string());
 }
 
@@ -67,6 +71,24 @@ std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& 
 }
 
 }  // namespace
+
+void DatasetOptions::Check() const {
+  constexpr double kLeast = 1e4;
+  CheckOption(working_pixels == 0 || working_pixels >= kLeast, "images.working_pixels",
+              working_pixels, "0, or at least 10000");
+}
+
+cv::Size WorkingSize(const cv::Size& stored, double working_pixels) {
+  // Resampling costs sharpness: not worth it for a few pixels less.
+  constexpr double kWorthIt = 1.3;
+  const double pixels = static_cast<double>(stored.width) * stored.height;
+  if (working_pixels <= 0 || pixels <= kWorthIt * working_pixels) return stored;
+  const double scale = std::sqrt(working_pixels / pixels);
+  const auto side = [scale](int length) {
+    return std::max(1, static_cast<int>(std::lround(scale * length)));
+  };
+  return {side(stored.width), side(stored.height)};
+}
 
 std::unique_ptr<Dataset> OpenDataset(const fs::path& path, const DatasetOptions& options) try {
   if (!fs::exists(path))

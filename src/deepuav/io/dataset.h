@@ -18,6 +18,13 @@ struct GeoFix {
   std::optional<double> altitude_m;
 };
 
+/// Where a calibration is from.
+struct CalibrationSource {
+  std::string text = "calibrated";  ///< "EXIF focal length", "guess", ...: for a person.
+  /// Standard deviation of the focal length over it; 0 for a calibration that is not to be refined.
+  double focal_sigma = 0;
+};
+
 /// A sequence of images of one camera. Frames are numbered from 0 in order of time.
 /// Thread-compatible: one user at a time.
 class Dataset {
@@ -26,7 +33,10 @@ class Dataset {
 
   /// "euroc", "tum", "kitti", "photographs" or "video".
   virtual std::string Kind() const = 0;
+  /// Of the images as Load gives them.
   virtual const Camera& camera() const = 0;
+  /// Of the images as they are stored, which may be larger: see DatasetOptions.
+  virtual const Camera& stored_camera() const { return camera(); }
   virtual int size() const = 0;
   virtual Timestamp Time(int frame) const = 0;
   /// The file, or the file and the frame's number for a video: for messages.
@@ -42,16 +52,30 @@ class Dataset {
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
   virtual std::optional<GeoFix> Fix(int /*frame*/) const { return std::nullopt; }
-  /// Whether the calibration is only where to start from, to be refined: taken from EXIF, or
-  /// `model: auto`.
-  virtual bool CalibrationIsApproximate() const { return false; }
+  /// Where the calibration is from, and how far it is to be trusted.
+  virtual CalibrationSource Calibration() const { return {}; }
+  /// Whether the calibration is only where to start from, to be refined.
+  bool CalibrationIsApproximate() const { return Calibration().focal_sigma > 0; }
 };
 
 /// How a dataset is opened.
 struct DatasetOptions {
   std::filesystem::path
       camera_file;  ///< Overrides every other calibration; empty: the dataset's own.
+  /// Larger images are reduced to about so many pixels, and the camera with them; 0: none are.
+  double working_pixels = 1e6;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("working_pixels", working_pixels, "",
+          "pixels to which larger images are reduced before anything looks at them; 0: none are");
+  }
 };
+
+/// The size at which images of `stored` are worked on: their own where they have hardly more than
+/// `working_pixels`, or those are 0.
+cv::Size WorkingSize(const cv::Size& stored, double working_pixels);
 
 /// Opens a dataset by its layout: EuRoC/ASL (mav0/), TUM RGB-D (rgb.txt), KITTI odometry (image_0,
 /// times.txt, calib.txt), a folder of photographs with EXIF, or a video file. Throws Error naming

@@ -2,6 +2,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/euroc_sensor.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/text_file.h"
@@ -59,7 +60,7 @@ void ReadCalibration(const fs::path& mav0, const DatasetOptions& options,
   }
   CameraFile read = ReadCompleteCameraFile(camera_file);
   sequence->camera = std::move(read.camera);
-  sequence->calibration_is_approximate = read.refine;
+  if (read.refine) sequence->calibration = CalibrationByHand();
   sequence->calibration_file = camera_file.string();
 }
 
@@ -70,7 +71,7 @@ std::unique_ptr<Dataset> OpenEuroc(const fs::path& mav0, const DatasetOptions& o
   sequence.kind = "euroc";
   ReadCalibration(mav0, options, &sequence);
   sequence.frames = ReadFrameList(mav0 / "cam0");
-  return MakeImageFileDataset(std::move(sequence));
+  return MakeImageFileDataset(std::move(sequence), options);
 }
 
 }  // namespace deepuav

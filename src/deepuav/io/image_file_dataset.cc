@@ -5,11 +5,16 @@
 #include <cctype>
 
 #include "deepuav/base/error.h"
+#include "deepuav/geometry/camera_scale.h"
+#include "deepuav/image/encoded_size.h"
+#include "deepuav/image/reduced_image.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/text_file.h"
 
 namespace deepuav {
 namespace {
+
+namespace fs = std::filesystem;
 
 double MedianRateHz(const std::vector<ImageFileFrame>& frames) {
   if (frames.size() < 2) return 0;
@@ -32,21 +37,32 @@ void CheckSize(const std::string& file, cv::Size size, const Camera& camera,
 
 class ImageFileDataset : public Dataset {
  public:
-  explicit ImageFileDataset(ImageFileSequence sequence) : sequence_(std::move(sequence)) {}
+  ImageFileDataset(ImageFileSequence sequence, const cv::Size& working_size)
+      : sequence_(std::move(sequence)),
+        camera_(ScaledCamera(sequence_.camera, working_size.width, working_size.height)) {}
 
   std::string Kind() const override { return sequence_.kind; }
-  const Camera& camera() const override { return sequence_.camera; }
+  const Camera& camera() const override { return camera_; }
+  const Camera& stored_camera() const override { return sequence_.camera; }
   int size() const override { return static_cast<int>(sequence_.frames.size()); }
   Timestamp Time(int frame) const override { return At(frame).time; }
   std::string Name(int frame) const override { return At(frame).file.string(); }
   GreyImage Load(int frame) override {
-    GreyImage image = LoadGrey(At(frame).file);
-    CheckSize(Name(frame), image.size(), sequence_.camera, sequence_.calibration_file);
-    return image;
+    const fs::path& file = At(frame).file;
+    const Camera& stored = sequence_.camera;
+    const cv::Size size(camera_.width, camera_.height);
+    if (size == cv::Size(stored.width, stored.height)) {
+      GreyImage image = LoadGrey(file);
+      CheckSize(Name(frame), image.size(), stored, sequence_.calibration_file);
+      return image;
+    }
+    if (const auto found = StoredSize(file))
+      CheckSize(Name(frame), *found, stored, sequence_.calibration_file);
+    return LoadReducedGrey(file, size);
   }
   std::optional<SE3> BodyFromCam() const override { return sequence_.body_from_cam; }
   std::optional<GeoFix> Fix(int frame) const override { return At(frame).fix; }
-  bool CalibrationIsApproximate() const override { return sequence_.calibration_is_approximate; }
+  CalibrationSource Calibration() const override { return sequence_.calibration; }
 
  private:
   const ImageFileFrame& At(int frame) const {
@@ -55,11 +71,13 @@ class ImageFileDataset : public Dataset {
   }
 
   ImageFileSequence sequence_;
+  Camera camera_;
 };
 
 }  // namespace
 
-std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence) {
+std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence,
+                                              const DatasetOptions& options) {
   sequence.camera.Check(sequence.calibration_file);
   const SizedImage first = FirstReadable(sequence.frames);
   if (std::max(first.size.width, first.size.height) > kMaxImageSidePx) {
@@ -68,7 +86,23 @@ std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence) {
   }
   CheckSize(first.file.string(), first.size, sequence.camera, sequence.calibration_file);
   if (sequence.camera.rate_hz == 0) sequence.camera.rate_hz = MedianRateHz(sequence.frames);
-  return std::make_unique<ImageFileDataset>(std::move(sequence));
+  return std::make_unique<ImageFileDataset>(std::move(sequence),
+                                            WorkingSize(first.size, options.working_pixels));
+}
+
+std::optional<cv::Size> StoredSize(const std::filesystem::path& file) {
+  // EXIF, thumbnail and what makers add come before the frame header of a JPEG.
+  constexpr size_t kHeadBytes = size_t{1} << 20;
+  try {
+    const std::string head = ReadHead(file, kHeadBytes);
+    const auto size = EncodedSize({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
+    if (!size) return LoadGrey(file).size();
+    constexpr double kMost = 1e9;  // claimed by a damaged header
+    return cv::Size(static_cast<int>(std::min(size->width, kMost)),
+                    static_cast<int>(std::min(size->height, kMost)));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 SizedImage FirstReadable(const std::vector<ImageFileFrame>& frames) {
@@ -102,7 +136,8 @@ std::filesystem::path ListedImage(const std::filesystem::path& folder, std::stri
 }
 
 bool IsImageFileName(const std::filesystem::path& file) {
-  static const std::array<std::string, 5> kEndings = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
+  static const std::array<std::string, 7> kEndings = {".jpg",  ".jpeg", ".png", ".tif",
+                                                      ".tiff", ".webp", ".bmp"};
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -19,17 +19,18 @@ struct ImageFileFrame {
 /// What the readers of image folders find out, each in its own way.
 struct ImageFileSequence {
   std::string kind;
-  Camera camera;
+  Camera camera;                 ///< Of the images as stored.
   std::string calibration_file;  ///< For messages.
-  bool calibration_is_approximate = false;
+  CalibrationSource calibration;
   std::optional<SE3> body_from_cam;
   std::vector<ImageFileFrame> frames;  ///< By growing time.
 };
 
-/// The dataset of the sequence. A camera without a rate gets that of the median interval. Throws
-/// Error when there is no frame, none can be read, or the first readable one has not the camera's
-/// size.
-std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence);
+/// The dataset of the sequence, at the working size of the options. A camera without a rate gets
+/// that of the median interval. Throws Error when there is no frame, none can be read, or the first
+/// readable one has not the camera's size.
+std::unique_ptr<Dataset> MakeImageFileDataset(ImageFileSequence sequence,
+                                              const DatasetOptions& options);
 
 struct SizedImage {
   std::filesystem::path file;
@@ -48,7 +49,12 @@ void CheckGrows(const std::vector<ImageFileFrame>& frames, Timestamp time,
 std::filesystem::path ListedImage(const std::filesystem::path& folder, std::string_view name,
                                   const std::string& where);
 
-/// Whether the name ends as a photograph's does (jpg, jpeg, png, tif, tiff; either case).
+/// The size that the header of the image's file tells; without decoding it, where the format is one
+/// of EncodedSize. Nothing for what cannot be read.
+std::optional<cv::Size> StoredSize(const std::filesystem::path& file);
+
+/// Whether the name ends as a photograph's does (jpg, jpeg, png, tif, tiff, webp, bmp; either
+/// case).
 bool IsImageFileName(const std::filesystem::path& file);
 
 }  // namespace deepuav

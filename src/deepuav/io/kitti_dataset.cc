@@ -2,6 +2,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/kitti_calibration.h"
 #include "deepuav/io/layout_readers.h"
@@ -79,7 +80,7 @@ void ReadCalibration(const fs::path& folder, const DatasetOptions& options,
   }
   CameraFile read = ReadCompleteCameraFile(camera_file);
   sequence->camera = std::move(read.camera);
-  sequence->calibration_is_approximate = read.refine;
+  if (read.refine) sequence->calibration = CalibrationByHand();
   sequence->calibration_file = camera_file.string();
 }
 
@@ -90,7 +91,7 @@ std::unique_ptr<Dataset> OpenKitti(const fs::path& folder, const DatasetOptions&
   sequence.kind = "kitti";
   sequence.frames = ReadFrames(folder);
   ReadCalibration(folder, options, &sequence);
-  return MakeImageFileDataset(std::move(sequence));
+  return MakeImageFileDataset(std::move(sequence), options);
 }
 
 }  // namespace deepuav

@@ -1,11 +1,16 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/exif.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/text_file.h"
@@ -18,25 +23,102 @@ namespace fs = std::filesystem;
 struct Photograph {
   fs::path file;
   PhotoExif exif;
+  std::optional<XmpLens> xmp;
+  std::optional<cv::Size> size;  ///< Nothing where it cannot be read.
 };
+
+/// What the file says of itself before its pixels.
+void ReadHeader(Photograph* photograph) {
+  // EXIF, XMP, thumbnail and what makers add.
+  constexpr size_t kHeadBytes = size_t{512} << 10;
+  try {
+    const std::string head = ReadHead(photograph->file, kHeadBytes);
+    photograph->exif = ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
+    photograph->xmp = ParseXmpLens(head);
+    photograph->size = StoredSize(photograph->file);
+  } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
+    Log().warn("{}", error.what());
+  }
+}
+
+bool IsHidden(const fs::path& file, const fs::path& below) {
+  const fs::path relative = file.lexically_relative(below);
+  return std::any_of(relative.begin(), relative.end(),
+                     [](const fs::path& part) { return part.string().starts_with('.'); });
+}
 
 // By name, numbers in it by their value: IMG_9 before IMG_10.
 std::vector<Photograph> ListPhotographs(const fs::path& images) {
   std::vector<Photograph> photographs;
-  for (const auto& entry : fs::directory_iterator(images)) {
-    if (IsImageFileName(entry.path())) photographs.push_back({entry.path(), {}});
+  for (const auto& entry :
+       fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
+    const fs::path& file = entry.path();
+    if (IsImageFileName(file) && !IsHidden(file, images) && entry.is_regular_file())
+      photographs.push_back({file, {}, {}, {}});
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;
   });
-  for (Photograph& photograph : photographs) {
-    try {
-      photograph.exif = ReadExif(photograph.file);
-    } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
-      Log().warn("{}", error.what());
-    }
-  }
+  for (Photograph& photograph : photographs) ReadHeader(&photograph);
   return photographs;
+}
+
+/// Of one size and camera; photographs without EXIF are taken for those of the camera that most of
+/// their size name.
+using PhotographGroup = std::pair<std::pair<int, int>, std::string>;
+
+std::vector<std::optional<PhotographGroup>> GroupsOf(const std::vector<Photograph>& photographs) {
+  std::map<std::pair<int, int>, std::map<std::string, int>> models;
+  const auto size_of = [](const Photograph& photograph) {
+    return std::pair(photograph.size->width, photograph.size->height);
+  };
+  for (const Photograph& photograph : photographs) {
+    if (photograph.size && !photograph.exif.camera_model.empty())
+      ++models[size_of(photograph)][photograph.exif.camera_model];
+  }
+  std::vector<std::optional<PhotographGroup>> groups;
+  for (const Photograph& photograph : photographs) {
+    std::optional<PhotographGroup>& group = groups.emplace_back();
+    if (!photograph.size) continue;
+    std::string model = photograph.exif.camera_model;
+    const std::map<std::string, int>& named = models[size_of(photograph)];
+    if (model.empty() && !named.empty()) {
+      model = std::max_element(named.begin(), named.end(), [](const auto& a, const auto& b) {
+                return a.second < b.second;
+              })->first;
+    }
+    group = {size_of(photograph), model};
+  }
+  return groups;
+}
+
+std::string Described(const PhotographGroup& group) {
+  const auto& [size, model] = group;
+  return fmt::format("{}x{}{}", size.first, size.second, model.empty() ? "" : " by " + model);
+}
+
+/// Leaves out the photographs that are not of the camera and size that most have, and names them.
+void KeepLargestGroup(std::vector<Photograph>* photographs) {
+  const std::vector<std::optional<PhotographGroup>> groups = GroupsOf(*photographs);
+  std::map<PhotographGroup, std::vector<std::string>> names;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (groups[i]) names[*groups[i]].push_back((*photographs)[i].file.filename().string());
+  }
+  if (names.size() < 2) return;
+  const PhotographGroup largest =
+      std::max_element(names.begin(), names.end(), [](const auto& a, const auto& b) {
+        return a.second.size() < b.second.size();
+      })->first;
+  for (const auto& [group, files] : names) {
+    if (group == largest) continue;
+    Log().warn("left out, {} photographs that are {} where most are {}: {}", files.size(),
+               Described(group), Described(largest), fmt::join(files, ", "));
+  }
+  std::vector<Photograph> kept;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (!groups[i] || *groups[i] == largest) kept.push_back(std::move((*photographs)[i]));
+  }
+  *photographs = std::move(kept);
 }
 
 constexpr int64_t kSecond = 1000000000;
@@ -89,35 +171,23 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
   return frames;
 }
 
-Camera CameraFromExif(const std::vector<Photograph>& photographs,
-                      const std::vector<ImageFileFrame>& frames) {
-  const cv::Size size = FirstReadable(frames).size;
-  std::optional<double> focal;
+/// By the first photograph that tells; a guess where none does.
+FoundCamera FindCamera(const std::vector<Photograph>& photographs, const cv::Size& size) {
+  std::optional<FoundCamera> found;
   int differing = 0;
   constexpr double kSameLens = 0.01;
   for (const Photograph& photograph : photographs) {
-    const std::optional<double> own = FocalLengthPx(photograph.exif, size.width, size.height);
-    if (!focal) focal = own;
-    if (own && std::abs(*own - *focal) > kSameLens * *focal) ++differing;
-  }
-  const Photograph& first = photographs.front();
-  if (!focal) {
-    throw Error(
-        "{}: EXIF gives no focal length (camera model {}): expected FocalLengthIn35mmFilm, or "
-        "FocalLength with "
-        "FocalPlaneXResolution or a known camera, or a camera.yaml in the folder",
-        first.file.string(), Quoted(first.exif.camera_model));
+    const auto own = CameraFromMetadata(photograph.xmp, photograph.exif, size);
+    if (!found) found = own;
+    if (!own) continue;
+    const double focal_px = found->camera.pinhole.fx;
+    if (std::abs(own->camera.pinhole.fx - focal_px) > kSameLens * focal_px) ++differing;
   }
   if (differing > 0) {
     Log().warn("{}: {} of {} photographs have another focal length than the first",
-               first.file.string(), differing, photographs.size());
+               photographs.front().file.string(), differing, photographs.size());
   }
-  Log().info("focal length from EXIF: {:.1f} px", *focal);
-  Camera camera;
-  camera.width = size.width;
-  camera.height = size.height;
-  camera.pinhole = {*focal, *focal, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
-  return camera;
+  return found ? *found : GuessedCamera(size);
 }
 
 fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
@@ -134,26 +204,40 @@ fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
 std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path& images,
                                          const DatasetOptions& options) {
   std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
   ImageFileSequence sequence;
   sequence.kind = "photographs";
   sequence.frames = OrderFrames(images, &photographs);
+  const SizedImage first = FirstReadable(sequence.frames);
   const fs::path camera_file = FindCameraFile(folder, images, options);
   CameraFile read{.camera = {}, .refine = true, .has_intrinsics = false};
   if (!camera_file.empty()) read = ReadCameraFile(camera_file);
-  sequence.calibration_file =
-      camera_file.empty() ? "EXIF of " + images.string() : camera_file.string();
-  if (!read.has_intrinsics) {
-    const double rate_hz = read.camera.rate_hz;
-    read.camera = CameraFromExif(photographs, sequence.frames);
-    read.camera.rate_hz = rate_hz;
+  if (read.has_intrinsics) {
+    sequence.calibration_file = camera_file.string();
+    sequence.camera =
+        CameraForSize(read.camera, first.size, first.file.string(), sequence.calibration_file);
+    sequence.calibration = read.refine ? CalibrationByHand() : CalibrationSource{};
+  } else {
+    const FoundCamera found = FindCamera(photographs, first.size);
+    sequence.camera = found.camera;
+    sequence.camera.rate_hz = read.camera.rate_hz;
+    sequence.calibration = found.source;
+    sequence.calibration_file = found.source.text + " of " + images.string();
   }
-  sequence.camera = std::move(read.camera);
-  sequence.calibration_is_approximate = read.refine;
-  return MakeImageFileDataset(std::move(sequence));
+  const auto fixes = std::count_if(sequence.frames.begin(), sequence.frames.end(),
+                                   [](const ImageFileFrame& frame) { return frame.fix; });
+  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}", first.size.width,
+             first.size.height,
+             photographs.front().exif.camera_model.empty()
+                 ? ""
+                 : " by " + photographs.front().exif.camera_model,
+             sequence.camera.pinhole.fx, sequence.calibration.text, fixes, sequence.frames.size());
+  return MakeImageFileDataset(std::move(sequence), options);
 }
 
 std::vector<TimedFix> FixesOfPhotographs(const fs::path& images) {
   std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
   std::vector<TimedFix> fixes;
   for (const ImageFileFrame& frame : OrderFrames(images, &photographs)) {
     if (frame.fix) fixes.push_back({frame.time, *frame.fix});

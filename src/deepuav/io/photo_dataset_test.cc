@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "deepuav/io/dataset.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/gnss_file.h"
 #include "deepuav/io/testing/io_test_support.h"
 
@@ -110,18 +111,100 @@ TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
   EXPECT_EQ(Open()->camera().rate_hz, 2);
   EXPECT_TRUE(Open()->CalibrationIsApproximate());
   folder_.Write("camera.yaml", Replaced(std::string(kTestCameraYaml), "width: 64", "width: 80"));
-  EXPECT_EQ(ErrorOf([&] { Open(); }), (folder_.path() / "a.jpg").string() +
-                                          ": image is 64x48: expected 80x48 as in " +
-                                          (folder_.path() / "camera.yaml").string());
+  EXPECT_EQ(ErrorOf([&] { Open(); }),
+            (folder_.path() / "a.jpg").string() + ": image is 64x48: expected 80x48 as in " +
+                (folder_.path() / "camera.yaml").string() + ", or the same proportions");
 }
 
-TEST_F(PhotoDatasetTest, WithoutFocalLengthIsAnError) {
+TEST_F(PhotoDatasetTest, ACalibrationOfAnotherSizeIsScaled) {
+  folder_.Write("a.jpg", Photograph(128, 96, 1, Drone()));
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  const Camera camera = Open()->camera();
+  EXPECT_EQ(camera.width, 128);
+  EXPECT_EQ(camera.pinhole.fx, 91);
+  EXPECT_EQ(camera.pinhole.cx, 2 * 31.75 - 0.5);
+}
+
+TEST_F(PhotoDatasetTest, WithoutFocalLengthAGuessIsSaidToBeOne) {
   folder_.Write("a.png", EncodedImage(64, 48, 1, ".png"));
-  const std::string message = ErrorOf([&] { Open(); });
-  EXPECT_TRUE(
-      message.starts_with((folder_.path() / "a.png").string() + ": EXIF gives no focal length"))
-      << message;
-  EXPECT_NE(message.find("camera.yaml"), std::string::npos);
+  const auto dataset = Open();
+  EXPECT_TRUE(dataset->CalibrationIsApproximate());
+  EXPECT_EQ(dataset->Calibration().text, "a guess");
+  EXPECT_GT(dataset->Calibration().focal_sigma, 0.3);
+  EXPECT_GT(dataset->camera().pinhole.fx, 32);
+  EXPECT_LT(dataset->camera().pinhole.fx, 128);
+}
+
+TEST_F(PhotoDatasetTest, TheMakersCalibrationComesBeforeExif) {
+  const std::string xmp =
+      "http://ns.adobe.com/xap/1.0/ drone-dji:CalibratedFocalLength=\"70.5\" "
+      "drone-dji:CalibratedOpticalCenterX=\"33.0\" <drone-dji:CalibratedOpticalCenterY>25.0<";
+  std::string photograph = Photograph(64, 48, 1, Drone());
+  const std::string segment = std::string("\xff\xe1\x00", 3) + char(xmp.size() + 2) + xmp;
+  photograph.insert(2, segment);
+  folder_.Write("a.jpg", photograph);
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->Calibration().text, "XMP calibrated");
+  EXPECT_EQ(dataset->camera().pinhole.fx, 70.5);
+  EXPECT_EQ(dataset->camera().pinhole.cx, 33);
+  EXPECT_EQ(dataset->camera().pinhole.cy, 25);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, AMakersCalibrationThatCannotBeIsNotBelieved) {
+  const cv::Size size(4000, 3000);
+  for (const std::string text :
+       {"drone-dji:CalibratedFocalLength=\"0\"", "drone-dji:CalibratedFocalLength=\"nan\"",
+        "drone-dji:CalibratedFocalLength=\"1e9\"",
+        "drone-dji:CalibratedFocalLength=", "drone-dji"}) {
+    EXPECT_FALSE(CameraFromMetadata(ParseXmpLens(text), {}, size)) << text;
+  }
+  // Of a photograph that was reduced to a quarter since.
+  const auto reduced = CameraFromMetadata(XmpLens{3600, 2000, 1500}, {}, cv::Size(1000, 750));
+  ASSERT_TRUE(reduced);
+  EXPECT_NEAR(reduced->camera.pinhole.fx, 900, 1);
+}
+
+TEST_F(PhotoDatasetTest, LargeImagesAreWorkedOnReduced) {
+  folder_.Write("a.jpg", Photograph(2000, 1500, 1, Drone()));
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->stored_camera().width, 2000);
+  const Camera& camera = dataset->camera();
+  EXPECT_NEAR(camera.width * camera.height, 1e6, 2e3);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(camera.width, camera.height));
+  EXPECT_NEAR(camera.pinhole.fx / camera.width, dataset->stored_camera().pinhole.fx / 2000, 1e-9);
+  EXPECT_NEAR(camera.pinhole.cx, (camera.width - 1) / 2.0, 1e-9);
+  DatasetOptions options;
+  options.working_pixels = 0;
+  EXPECT_EQ(OpenDataset(folder_.path(), options)->Load(0).size(), cv::Size(2000, 1500));
+}
+
+TEST_F(PhotoDatasetTest, AreFoundInSubFoldersButNotInHiddenOnes) {
+  WritePhotograph("DCIM/100MEDIA/DJI_0002.JPG", "2018:04:29 12:06:52");
+  WritePhotograph("DCIM/101MEDIA/DJI_0001.JPG", "2018:04:29 12:06:58");
+  WritePhotograph("DCIM/.thumbnails/DJI_0002.JPG", "2018:04:29 12:06:52");
+  EXPECT_EQ(Names(), (Strings{"DJI_0002.JPG", "DJI_0001.JPG"}));
+}
+
+TEST_F(PhotoDatasetTest, OfMixedSizesAndCamerasTheMostAreTaken) {
+  WritePhotograph("a.jpg", "");
+  WritePhotograph("b.jpg", "");
+  WritePhotograph("c.jpg", "");
+  folder_.Write("d.jpg", Photograph(32, 48, 1, Drone()));
+  TestExif other = Drone();
+  other.model = "FC6310";
+  WritePhotograph("e.jpg", "", other);
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg", "c.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, AHeaderThatClaimsToBeHugeLeavesOutItsFileOnly) {
+  WritePhotograph("a.jpg", "");
+  WritePhotograph("b.jpg", "");
+  std::string png = EncodedImage(64, 48, 1, ".png");
+  png[18] = png[22] = 0x75;  // 30,000 x 30,000
+  png[19] = png[23] = 0x30;
+  folder_.Write("c.png", png);
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg"}));
 }
 
 TEST_F(PhotoDatasetTest, FixesNeedNoCalibration) {

@@ -1,5 +1,6 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/text_file.h"
@@ -40,10 +41,10 @@ std::unique_ptr<Dataset> OpenTum(const fs::path& folder, const DatasetOptions& o
   ImageFileSequence sequence;
   sequence.kind = "tum";
   sequence.camera = std::move(read.camera);
-  sequence.calibration_is_approximate = read.refine;
+  if (read.refine) sequence.calibration = CalibrationByHand();
   sequence.calibration_file = camera_file.string();
   sequence.frames = ReadFrameList(folder);
-  return MakeImageFileDataset(std::move(sequence));
+  return MakeImageFileDataset(std::move(sequence), options);
 }
 
 }  // namespace deepuav

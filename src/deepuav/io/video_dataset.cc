@@ -3,10 +3,15 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/geometry/camera_scale.h"
 #include "deepuav/io/camera_file.h"
+#include "deepuav/io/found_camera.h"
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/text_file.h"
 
@@ -17,21 +22,53 @@ namespace fs = std::filesystem;
 
 constexpr double kMaxRateHz = 10000;
 
+/// The calibration that a file gives, if there is one.
+struct VideoCalibration {
+  std::optional<CameraFile> read;
+  std::string file;  ///< For messages.
+};
+
+/// When each frame is shown, from the container, without decoding any; the first at 0. Empty where
+/// it does not say, or what it says does not grow.
+std::vector<Timestamp> ContainerTimes(const fs::path& file) {
+  std::vector<int64_t> shown_ns;
+  try {
+    cv::VideoCapture packets;
+    if (!packets.open(file.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1})) return {};
+    while (packets.grab())
+      shown_ns.push_back(std::llround(packets.get(cv::CAP_PROP_POS_MSEC) * 1e6));
+  } catch (const cv::Exception&) {
+    return {};
+  }
+  std::sort(shown_ns.begin(), shown_ns.end());  // packets come in the order of decoding
+  if (std::adjacent_find(shown_ns.begin(), shown_ns.end()) != shown_ns.end()) return {};
+  std::vector<Timestamp> times;
+  times.reserve(shown_ns.size());
+  for (const int64_t shown : shown_ns) times.push_back({shown - shown_ns.front()});
+  return times;
+}
+
 class VideoDataset : public Dataset {
  public:
-  VideoDataset(const fs::path& file, const fs::path& camera_file)
-      : file_(file), camera_file_(camera_file), calibration_(ReadCompleteCameraFile(camera_file)) {
+  VideoDataset(const fs::path& file, const VideoCalibration& calibration,
+               const DatasetOptions& options)
+      : file_(file), times_(ContainerTimes(file)) {
     Open();
-    ReadRate();
-    CheckSize();
+    FindCamera(calibration);
+    ReadRate(calibration);
     CountFrames();
+    const cv::Size working =
+        WorkingSize({stored_camera_.width, stored_camera_.height}, options.working_pixels);
+    camera_ = ScaledCamera(stored_camera_, working.width, working.height);
   }
 
   std::string Kind() const override { return "video"; }
-  const Camera& camera() const override { return calibration_.camera; }
+  const Camera& camera() const override { return camera_; }
+  const Camera& stored_camera() const override { return stored_camera_; }
   int size() const override { return frame_count_; }
   Timestamp Time(int frame) const override {
     CheckFrame(frame);
+    if (!times_.empty()) return times_[static_cast<size_t>(frame)];
     return {std::llround(frame * (1e9 / rate_hz_))};
   }
   std::string Name(int frame) const override {
@@ -41,20 +78,22 @@ class VideoDataset : public Dataset {
     return fmt::format("{}_{:06}.png", file_.stem().string(), frame);
   }
   GreyImage Load(int frame) override;
-  bool CalibrationIsApproximate() const override { return calibration_.refine; }
+  CalibrationSource Calibration() const override { return source_; }
 
  private:
   void Open();
-  void ReadRate();
-  void CheckSize();
+  void FindCamera(const VideoCalibration& calibration);
+  void ReadRate(const VideoCalibration& calibration);
   void CountFrames();
   void CheckFrame(int frame) const {
     if (frame < 0 || frame >= frame_count_)
       throw Error("frame {}: expected 0 to {}", frame, frame_count_ - 1);
   }
 
-  fs::path file_, camera_file_;
-  CameraFile calibration_;
+  fs::path file_;
+  std::vector<Timestamp> times_;  ///< By frame; empty: by the rate.
+  Camera stored_camera_, camera_;
+  CalibrationSource source_;
   cv::VideoCapture capture_;
   int next_frame_ = 0;  ///< That grab() would yield.
   int frame_count_ = 0;
@@ -98,37 +137,54 @@ void VideoDataset::Open() {
   if (!opened)
     throw Error("{}: cannot be opened as a video: expected a container that OpenCV reads",
                 file_.string());
+  // Calibrations are in the sensor's pixels, so the rotation in the container must not turn frames.
+  capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
 }
 
-void VideoDataset::ReadRate() {
-  Camera& camera = calibration_.camera;
-  const double container_hz = capture_.get(cv::CAP_PROP_FPS);
-  rate_hz_ = std::isfinite(container_hz) && container_hz > 0 && container_hz < kMaxRateHz
-                 ? container_hz
-                 : camera.rate_hz;
-  if (rate_hz_ <= 0) {
-    throw Error("{}: gives no frame rate: expected one there or as rate_hz in {}", file_.string(),
-                camera_file_.string());
-  }
-  camera.rate_hz = rate_hz_;
-}
-
-void VideoDataset::CheckSize() {
-  const int width = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH));
-  const int height = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT));
-  if (width <= 0 || height <= 0) {
+void VideoDataset::FindCamera(const VideoCalibration& calibration) {
+  const cv::Size size(static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH)),
+                      static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT)));
+  if (size.width <= 0 || size.height <= 0) {
     throw Error("{}: no picture can be decoded: the video is damaged or cut before its first one",
                 file_.string());
   }
-  if (width == calibration_.camera.width && height == calibration_.camera.height) return;
-  throw Error("{}: image is {}x{}: expected {}x{} as in {}", file_.string(), width, height,
-              calibration_.camera.width, calibration_.camera.height, camera_file_.string());
+  if (!calibration.read || !calibration.read->has_intrinsics) {
+    const FoundCamera guess = GuessedCamera(size);
+    stored_camera_ = guess.camera;
+    source_ = guess.source;
+    Log().info("{}: no calibration: the focal length starts from a guess, {:.0f} px",
+               file_.string(), guess.camera.pinhole.fx);
+    return;
+  }
+  Camera camera = calibration.read->camera;
+  // Made of frames that were turned as the container says.
+  const auto degrees = static_cast<int>(capture_.get(cv::CAP_PROP_ORIENTATION_META));
+  const bool is_sideways = degrees % 180 != 0;
+  const bool is_of_turned = (camera.width > camera.height) != (size.width > size.height);
+  if (is_sideways && is_of_turned) camera = TurnedCamera(camera, -degrees / 90);
+  stored_camera_ = CameraForSize(camera, size, file_.string(), calibration.file);
+  if (calibration.read->refine) source_ = CalibrationByHand();
+}
+
+void VideoDataset::ReadRate(const VideoCalibration& calibration) {
+  const double container_hz = capture_.get(cv::CAP_PROP_FPS);
+  const double given_hz = calibration.read ? calibration.read->camera.rate_hz : 0;
+  rate_hz_ = std::isfinite(container_hz) && container_hz > 0 && container_hz < kMaxRateHz
+                 ? container_hz
+                 : given_hz;
+  if (rate_hz_ <= 0) {
+    throw Error("{}: gives no frame rate: expected one there or as rate_hz in {}", file_.string(),
+                calibration.file.empty() ? "a camera.yaml beside it" : calibration.file);
+  }
+  stored_camera_.rate_hz = rate_hz_;
 }
 
 // Some containers do not say how many frames they hold: those are read through once.
 void VideoDataset::CountFrames() {
   const double claimed = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-  if (claimed >= 1 && claimed < std::numeric_limits<int>::max()) {
+  if (!times_.empty()) {
+    frame_count_ = static_cast<int>(times_.size());
+  } else if (claimed >= 1 && claimed < std::numeric_limits<int>::max()) {
     frame_count_ = static_cast<int>(claimed);
   } else {
     while (capture_.grab()) ++frame_count_;
@@ -152,30 +208,39 @@ GreyImage VideoDataset::Load(int frame) {
     decoded = false;
   }
   if (!decoded) throw Error("{}: cannot be decoded", Name(frame));
-  if (decoded_.cols != camera().width || decoded_.rows != camera().height) {
-    throw Error("{}: image is {}x{}: expected {}x{} as in {}", Name(frame), decoded_.cols,
-                decoded_.rows, camera().width, camera().height, camera_file_.string());
+  if (decoded_.cols != stored_camera_.width || decoded_.rows != stored_camera_.height) {
+    throw Error("{}: image is {}x{}: expected {}x{} as the first", Name(frame), decoded_.cols,
+                decoded_.rows, stored_camera_.width, stored_camera_.height);
   }
   GreyImage grey;
-  if (decoded_.channels() == 1) return decoded_.clone();
-  cv::cvtColor(decoded_, grey, cv::COLOR_BGR2GRAY);
-  return grey;
+  if (decoded_.channels() == 1) {
+    grey = decoded_.clone();
+  } else {
+    cv::cvtColor(decoded_, grey, cv::COLOR_BGR2GRAY);
+  }
+  if (grey.cols == camera_.width && grey.rows == camera_.height) return grey;
+  GreyImage reduced;
+  cv::resize(grey, reduced, cv::Size(camera_.width, camera_.height), 0, 0, cv::INTER_AREA);
+  return reduced;
 }
 
+/// Empty where there is none.
 fs::path FindCameraFile(const fs::path& file, const DatasetOptions& options) {
   if (!options.camera_file.empty()) return options.camera_file;
   const fs::path same_stem = fs::path(file).replace_extension(".yaml");
   if (fs::exists(same_stem)) return same_stem;
   const fs::path in_folder = file.parent_path() / "camera.yaml";
-  if (fs::exists(in_folder)) return in_folder;
-  throw Error("{}: no calibration: expected {} or camera.yaml beside it", file.string(),
-              same_stem.filename().string());
+  return fs::exists(in_folder) ? in_folder : fs::path();
 }
 
 }  // namespace
 
 std::unique_ptr<Dataset> OpenVideo(const fs::path& file, const DatasetOptions& options) {
-  return std::make_unique<VideoDataset>(file, FindCameraFile(file, options));
+  const fs::path camera_file = FindCameraFile(file, options);
+  VideoCalibration calibration;
+  calibration.file = camera_file.string();
+  if (!camera_file.empty()) calibration.read = ReadCameraFile(camera_file);
+  return std::make_unique<VideoDataset>(file, calibration, options);
 }
 
 }  // namespace deepuav

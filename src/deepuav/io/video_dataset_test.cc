@@ -45,13 +45,27 @@ TEST_F(VideoDatasetTest, AFrameKeepsItsPixelsWhenTheNextIsLoaded) {
   EXPECT_NEAR(Grey(first), 20, 3);
 }
 
-TEST_F(VideoDatasetTest, NeedsACalibrationOfItsSize) {
-  EXPECT_EQ(ErrorOf([&] { OpenDataset(video_); }),
-            video_.string() + ": no calibration: expected flight.yaml or camera.yaml beside it");
+TEST_F(VideoDatasetTest, WithoutACalibrationAGuessIsSaidToBeOne) {
+  const auto dataset = OpenDataset(video_);
+  EXPECT_EQ(dataset->Calibration().text, "a guess");
+  EXPECT_TRUE(dataset->CalibrationIsApproximate());
+  EXPECT_EQ(dataset->camera().width, 64);
+  EXPECT_EQ(dataset->size(), kFrames);
+}
+
+TEST_F(VideoDatasetTest, ACalibrationOfAnotherSizeIsScaledAndOfOtherProportionsRefused) {
+  folder_.Write("camera.yaml",
+                Replaced(Replaced(Replaced(std::string(kTestCameraYaml), "width: 64", "width: 128"),
+                                  "height: 48", "height: 96"),
+                         "cx: 31.25", "cx: 63.5"));
+  const Camera camera = OpenDataset(video_)->camera();
+  EXPECT_EQ(camera.pinhole.fx, 45.5 / 2);
+  EXPECT_EQ(camera.pinhole.cx, 31.5);
   const auto file = folder_.Write(
       "camera.yaml", Replaced(std::string(kTestCameraYaml), "height: 48", "height: 50"));
-  EXPECT_EQ(ErrorOf([&] { OpenDataset(video_); }),
-            video_.string() + ": image is 64x48: expected 64x50 as in " + file.string());
+  EXPECT_EQ(ErrorOf([&] { OpenDataset(video_); }), video_.string() +
+                                                       ": image is 64x48: expected 64x50 as in " +
+                                                       file.string() + ", or the same proportions");
   DatasetOptions options;
   options.camera_file = folder_.Write("other/c.yaml", kTestCameraYaml);
   EXPECT_EQ(OpenDataset(video_, options)->size(), kFrames);

@@ -41,6 +41,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("mapping.local_bundle", mapping.local_bundle);
   visit("mapping.global_bundle", mapping.global_bundle);
   visit("mapping", mapping);
+  visit("survey", options.survey);
   auto& looping = options.looping;
   visit("looping.recogniser", looping.recogniser);
   visit("looping.relocaliser.absolute_pose", looping.relocaliser.absolute_pose);

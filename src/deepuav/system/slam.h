@@ -11,6 +11,7 @@
 #include "deepuav/features/extractor.h"
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
+#include "deepuav/survey/survey_options.h"
 #include "deepuav/system/back_end.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/frame_record.h"
@@ -58,6 +59,7 @@ struct SystemOptions {
   TrackingOptions tracking;
   MappingOptions mapping;
   LoopingOptions looping;
+  SurveyOptions survey;
 
   void Check() const;
   template <typename Visitor>
@@ -136,6 +138,8 @@ class Slam {
                  const std::function<bool()>& stop = nullptr);
 
   const Atlas& atlas() const { return atlas_; }
+  /// Leaves none behind.
+  Atlas TakeAtlas() { return std::move(atlas_); }
   /// As given, or refined by Run.
   const Camera& camera() const { return camera_; }
 

@@ -1,0 +1,69 @@
+#include "found_calibration.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "deepuav/geometry/camera_scale.h"
+
+namespace deepuav {
+namespace {
+
+const char* ModelName(LensModel lens) {
+  switch (lens) {
+    case LensModel::kPinhole:
+      return "pinhole";
+    case LensModel::kRadialTangential:
+      return "radial_tangential";
+    case LensModel::kEquidistant:
+      return "equidistant";
+  }
+  return "";
+}
+
+}  // namespace
+
+FoundCalibration DescribeCalibration(const Dataset& dataset, const Camera& camera,
+                                     const std::optional<CalibrationSigmas>& sigmas) {
+  const Camera& stored = dataset.stored_camera();
+  return {ScaledCamera(camera, stored.width, stored.height), dataset.Calibration().text,
+          stored.pinhole.fx, sigmas};
+}
+
+std::string CalibrationYaml(const FoundCalibration& calibration) {
+  const Camera& camera = calibration.camera;
+  std::string yaml = fmt::format("# started from: {}, {:.1f} px\n", calibration.source,
+                                 calibration.start_focal_px);
+  if (calibration.sigmas) {
+    yaml += fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}\n",
+                        calibration.sigmas->focal * camera.pinhole.fx, calibration.sigmas->k1,
+                        calibration.sigmas->k2);
+  }
+  yaml += fmt::format(
+      "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
+      ModelName(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
+      camera.pinhole.cx, camera.pinhole.cy);
+  if (!camera.distortion.empty())
+    yaml += fmt::format("distortion: [{:.9g}]\n", fmt::join(camera.distortion, ", "));
+  if (camera.rate_hz > 0) yaml += fmt::format("rate_hz: {:.6g}\n", camera.rate_hz);
+  return yaml;
+}
+
+std::string CalibrationText(const FoundCalibration& calibration) {
+  const double focal_px = calibration.camera.pinhole.fx;
+  std::string text = fmt::format("focal length {:.1f} px", focal_px);
+  if (calibration.sigmas) {
+    text += fmt::format(" (standard deviation {:.1f})", calibration.sigmas->focal * focal_px);
+    if (!calibration.camera.distortion.empty())
+      text += fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0],
+                          calibration.sigmas->k1);
+  }
+  text += fmt::format("; from {}", calibration.source);
+  constexpr double kWorthSaying = 0.2;
+  if (std::abs(std::log(focal_px / calibration.start_focal_px)) > kWorthSaying)
+    text += fmt::format(", which said {:.1f} px: wrong", calibration.start_focal_px);
+  return text + "\n";
+}
+
+}  // namespace deepuav

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string_view>
+
+#include "deepuav/geometry/camera.h"
+#include "deepuav/io/dataset.h"
+#include "deepuav/io/exif.h"
+
+namespace deepuav {
+
+/// A camera and where it is from.
+struct FoundCamera {
+  Camera camera;
+  CalibrationSource source;
+};
+
+/// How far a `camera.yaml` of `model: auto` is trusted.
+CalibrationSource CalibrationByHand();
+
+/// What a maker's XMP says of the lens: DJI's drone-dji:CalibratedFocalLength and
+/// CalibratedOpticalCenterX, Y, in pixels of the image as the camera wrote it.
+struct XmpLens {
+  double focal_px = 0;
+  std::optional<double> cx_px, cy_px;
+};
+
+/// From the first bytes of a photograph; nothing where they say nothing that can be.
+std::optional<XmpLens> ParseXmpLens(std::string_view head);
+
+/// The camera of photographs of that size by the first that tells of XMP, EXIF's 35 mm equivalent,
+/// EXIF's focal length with the sensor's width; nothing where none does.
+std::optional<FoundCamera> CameraFromMetadata(const std::optional<XmpLens>& xmp,
+                                              const PhotoExif& exif, const cv::Size& size);
+
+/// A lens as drones and action cameras mostly have, where nothing is known: 62 degrees across.
+FoundCamera GuessedCamera(const cv::Size& size);
+
+/// The calibration of `file`, made for images of another size, for those of `size`. Throws Error
+/// naming `image` and the file unless both have the same proportions.
+Camera CameraForSize(const Camera& camera, const cv::Size& size, const std::string& image,
+                     const std::string& file);
+
+}  // namespace deepuav

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "deepuav/survey/survey_adjustment.h"
+#include "deepuav/survey/survey_options.h"
+#include "deepuav/survey/survey_state.h"
+#include "deepuav/survey/view_pairs.h"
+
+namespace deepuav {
+
+/// Makes a map of photographs grow, one after the other, from a pair of them (incremental structure
+/// from motion; Schönberger and Frahm, CVPR 2016). The lens is refined with it where it is a guess.
+/// A value: a start that leads nowhere is dropped. Thread-compatible.
+class SurveyGrowth {
+ public:
+  /// The pointers must outlive it.
+  SurveyGrowth(const Tracks* tracks, const ViewPixels* px, const SurveyLens& lens,
+               const SurveyOptions& options);
+
+  /// The poses that the pair may have, by falling support; none without parallax.
+  std::vector<SE3> PosesOf(const MatchedPair& pair) const;
+
+  /// Starts with the pair and one of its poses. False where hardly a point comes of it.
+  bool Start(const MatchedPair& pair, const SE3& b_from_a);
+
+  /// Goes on from poses that are known, with other tracks.
+  void Resume(const SurveyState& known);
+
+  /// Adds the photographs that see most of the map, until it has `most_views` or none fits. Those
+  /// in `taken` belong to other maps.
+  void Grow(int most_views, const std::set<int>& taken, const std::function<bool()>& stop);
+
+  /// Adjusts all, completes the points and discards what does not agree, several times.
+  void Finish(const std::function<bool()>& stop);
+
+  /// How well the map explains what its photographs see: observations, each by how far within the
+  /// bound it reprojects.
+  double Support() const;
+
+  const SurveyState& state() const { return state_; }
+
+ private:
+  struct NextView {
+    int view = -1;
+    int points = 0;
+  };
+
+  bool lens_is_young() const;
+  double MaxErrorPx() const;
+  NextView ChooseNext(const std::set<int>& taken) const;
+  bool AddView(int view);
+  void TriangulateIn(int view);
+  void TriangulateAll();
+  bool Triangulate(size_t track);
+  void Judge();
+  void JudgeTrack(size_t track);
+  void AdjustAround(int view, const std::function<bool()>& stop);
+  void AdjustAll(int max_iterations, const std::function<bool()>& stop);
+  const Eigen::Vector2d& PixelOf(const Track::Sight& sight) const;
+
+  const Tracks* tracks_;
+  const ViewPixels* px_;
+  SurveyOptions options_;
+  SurveyState state_;
+  std::vector<int> failed_at_;  ///< By view: the points it matched when no pose was found.
+  int adjusted_views_ = 0;      ///< Of the map when all of it was last adjusted.
+};
+
+}  // namespace deepuav

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "deepuav/base/stages.h"
+#include "deepuav/geometry/camera.h"
+#include "deepuav/map/atlas.h"
+#include "deepuav/survey/survey_growth.h"
+#include "deepuav/survey/survey_options.h"
+#include "deepuav/survey/view_pairs.h"
+
+namespace deepuav {
+
+/// What photographs are matched and recognised with. The pointers must outlive their user.
+struct SurveyEyes {
+  Matcher* quick = nullptr;
+  Matcher* learned = nullptr;              ///< May be null.
+  const Vocabulary* vocabulary = nullptr;  ///< Null: by the order of the photographs alone.
+};
+
+/// What came of a survey.
+struct SurveyOutcome {
+  struct Place {
+    MapId map;  ///< Invalid where the photograph is in none.
+    KeyframeId keyframe;
+  };
+  Atlas atlas;                                   ///< The map with most photographs first.
+  Camera camera;                                 ///< As given, or refined.
+  std::vector<Place> places;                     ///< By view.
+  std::optional<CalibrationSigmas> lens_sigmas;  ///< Where the lens was refined.
+};
+
+/// Makes maps of photographs that may come in any order, of a lens that may be a guess: all pairs
+/// that may overlap are matched, maps grow from the pairs that start best, what overlaps in them is
+/// matched again, and all is adjusted with the lens. Thread-compatible.
+class SurveyMapper {
+ public:
+  /// `focal_sigma`: standard deviation of the focal length over it; 0 for a calibrated camera,
+  /// which is kept. `stages` may be null.
+  SurveyMapper(const Camera& camera, double focal_sigma, const SurveyOptions& options,
+               const SurveyEyes& eyes, StageListener* stages);
+
+  /// `stop`, if given, is asked between the steps; what is there then is given.
+  SurveyOutcome Run(const std::vector<SurveyView>& views,
+                    const std::function<bool()>& stop = nullptr);
+
+ private:
+  /// A map, and the tracks that its state is of.
+  struct Built {
+    Tracks tracks;
+    SurveyState state;
+  };
+
+  ViewPixels PixelsOf(const std::vector<SurveyView>& views) const;
+  std::optional<Built> Build(const std::vector<SurveyView>& views, const ViewPixels& px,
+                             const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                             const std::function<bool()>& stop);
+  std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state) const;
+  void MatchOverlaps(const std::vector<SurveyView>& views, const Built& built,
+                     std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
+  void KeepLensOneToOne(const ViewPixels& px, const std::function<bool()>& stop, Built* built);
+  Camera CameraOf(const SurveyLens& lens) const;
+
+  const Camera camera_;
+  const SurveyOptions options_;
+  const SurveyEyes eyes_;
+  StageListener* stages_;
+  SurveyLens lens_;
+  std::set<PairCandidate> tried_;
+};
+
+}  // namespace deepuav

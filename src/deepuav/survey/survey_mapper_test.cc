@@ -1,0 +1,207 @@
+#include "deepuav/survey/survey_mapper.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "deepuav/base/error.h"
+#include "deepuav/geometry/alignment.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "support/synthetic_features.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kFocalPx = 450, kHeightM = 40;
+
+/// A survey over rolling ground, with a camera that bends straight lines and sways a little.
+class SurveyMapperTest : public ::testing::Test {
+ protected:
+  SurveyMapperTest() : world_(Ground(), 2) {
+    Random random(3);
+    for (const SE3& pose : SurveyPath(4, 6, 14, kHeightM))
+      poses_.push_back(Perturbed(pose, 0.5, 0.06, &random));
+    camera_ = world_.camera();
+    bent_ = camera_;
+    bent_.lens = LensModel::kRadialTangential;
+    bent_.distortion = {-0.2, 0.03, 0, 0};
+  }
+
+  static SyntheticWorld Ground() {
+    Random random(1);
+    SyntheticWorld geometry;
+    geometry.landmarks_world = LandmarksOnGround(3500, {-50, -45}, {120, 95}, 3, &random);
+    return geometry;
+  }
+
+  /// What the photographs show, numbered as `order` says.
+  std::vector<SurveyView> Views(const std::vector<int>& order, const Camera& lens,
+                                double sigma_px = 0.5) {
+    Random random(4);
+    std::vector<SurveyView> views;
+    for (const int i : order) {
+      const SyntheticView straight =
+          world_.View(poses_[static_cast<size_t>(i)], {sigma_px, 0.3, 0.02, 30}, &random);
+      auto features = std::make_shared<Features>(*straight.features);
+      for (Keypoint& keypoint : features->keypoints) {
+        const Eigen::Vector3d ray = camera_.pinhole.Unproject(keypoint.px.cast<double>());
+        keypoint.image_px = keypoint.px = lens.Distort(ray)->cast<float>();
+      }
+      SurveyView view;
+      view.frame.id = {static_cast<int64_t>(views.size())};
+      view.frame.time = {static_cast<int64_t>(views.size()) * 1000000000};
+      view.frame.features = std::move(features);
+      views.push_back(std::move(view));
+    }
+    return views;
+  }
+
+  std::vector<int> InOrder() const {
+    std::vector<int> order(poses_.size());
+    std::iota(order.begin(), order.end(), 0);
+    return order;
+  }
+
+  static SurveyOptions Exhaustive() {
+    SurveyOptions options;
+    options.sequence_neighbours = 100;
+    return options;
+  }
+
+  Camera Guess(double ratio) const {
+    Camera guess = camera_;
+    guess.pinhole.fx *= ratio;
+    guess.pinhole.fy *= ratio;
+    return guess;
+  }
+
+  SurveyOutcome Run(const std::vector<SurveyView>& views, const Camera& guess, double focal_sigma) {
+    return SurveyMapper(guess, focal_sigma, Exhaustive(), {&matcher_}, nullptr).Run(views);
+  }
+
+  /// Root mean square of the positions off the truth, after alignment, m.
+  double PositionError(const SurveyOutcome& outcome, const std::vector<int>& order) const {
+    std::vector<Eigen::Vector3d> found, truth;
+    for (size_t v = 0; v < order.size(); ++v) {
+      const SurveyOutcome::Place& place = outcome.places[v];
+      if (!place.map.valid()) continue;
+      found.push_back(
+          outcome.atlas.At(place.map).At(place.keyframe).cam_from_world.InverseTranslation());
+      truth.push_back(poses_[static_cast<size_t>(order[v])].InverseTranslation());
+    }
+    const auto truth_from_found = Align(found, truth, AlignmentKind::kSimilar);
+    if (!truth_from_found) return 1e9;
+    double squared = 0;
+    for (size_t i = 0; i < found.size(); ++i)
+      squared += (*truth_from_found * found[i] - truth[i]).squaredNorm();
+    return std::sqrt(squared / static_cast<double>(found.size()));
+  }
+
+  static int Mapped(const SurveyOutcome& outcome) {
+    return static_cast<int>(std::count_if(outcome.places.begin(), outcome.places.end(),
+                                          [](const auto& place) { return place.map.valid(); }));
+  }
+
+  FeatureWorld world_;
+  std::vector<SE3> poses_;
+  Camera camera_, bent_;
+  NearestNeighbourMatcher matcher_{{}};
+};
+
+TEST_F(SurveyMapperTest, ACalibratedCameraIsKept) {
+  const std::vector<int> order = InOrder();
+  const SurveyOutcome outcome = Run(Views(order, camera_), camera_, 0);
+  EXPECT_EQ(Mapped(outcome), std::ssize(order));
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  EXPECT_EQ(outcome.camera.pinhole.fx, kFocalPx);
+  EXPECT_FALSE(outcome.lens_sigmas);
+  EXPECT_LT(PositionError(outcome, order), 0.05);
+}
+
+TEST_F(SurveyMapperTest, FindsTheLensThatIsFarFromTheGuess) {
+  const std::vector<int> order = InOrder();
+  const std::vector<SurveyView> views = Views(order, bent_);
+  for (const double ratio : {0.4, 0.7, 1.0, 1.5, 3.0}) {
+    const SurveyOutcome outcome = Run(views, Guess(ratio), 0.1);
+    EXPECT_EQ(Mapped(outcome), std::ssize(order)) << ratio;
+    EXPECT_NEAR(outcome.camera.pinhole.fx / kFocalPx, 1, 0.01) << ratio;
+    ASSERT_EQ(outcome.camera.distortion.size(), 4u) << ratio;
+    EXPECT_NEAR(outcome.camera.distortion[0], -0.2, 0.03) << ratio;
+    ASSERT_TRUE(outcome.lens_sigmas);
+    EXPECT_LT(outcome.lens_sigmas->focal, 0.01);
+    EXPECT_LT(PositionError(outcome, order), 0.15) << ratio;
+  }
+}
+
+TEST_F(SurveyMapperTest, AnyOrderGivesTheSameMap) {
+  std::vector<int> order = InOrder();
+  std::reverse(order.begin(), order.end());
+  EXPECT_LT(PositionError(Run(Views(order, bent_), Guess(0.8), 0.1), order), 0.15);
+  Random random(9);
+  for (size_t i = order.size() - 1; i > 0; --i)
+    std::swap(order[i], order[static_cast<size_t>(random.Index(static_cast<int>(i) + 1))]);
+  const SurveyOutcome shuffled = Run(Views(order, bent_), Guess(0.8), 0.1);
+  EXPECT_EQ(Mapped(shuffled), std::ssize(order));
+  EXPECT_LT(PositionError(shuffled, order), 0.15);
+}
+
+TEST_F(SurveyMapperTest, IsTheSameEveryTime) {
+  const std::vector<SurveyView> views = Views(InOrder(), bent_);
+  const SurveyOutcome a = Run(views, Guess(1.4), 0.1), b = Run(views, Guess(1.4), 0.1);
+  EXPECT_EQ(a.camera.pinhole.fx, b.camera.pinhole.fx);
+  for (size_t v = 0; v < views.size(); ++v) {
+    const auto pose = [v](const SurveyOutcome& outcome) {
+      return outcome.atlas.At(outcome.places[v].map)
+          .At(outcome.places[v].keyframe)
+          .cam_from_world.Matrix();
+    };
+    EXPECT_EQ(pose(a), pose(b));
+  }
+}
+
+TEST_F(SurveyMapperTest, WhatShowsOtherGroundIsInNoMapOrAnother) {
+  std::vector<SurveyView> views = Views({0, 1, 2, 3, 4, 5}, camera_);
+  Random random(11);
+  for (int i = 0; i < 2; ++i) {
+    SurveyView alone;
+    alone.frame.features = std::make_shared<Features>(
+        RandomFeatures(300, 752, 480, FeatureWorld::kDimension, &random));
+    views.insert(views.begin() + 3, alone);
+  }
+  const SurveyOutcome outcome = Run(views, camera_, 0);
+  EXPECT_EQ(Mapped(outcome), 6);
+  EXPECT_FALSE(outcome.places[3].map.valid());
+  EXPECT_FALSE(outcome.places[4].map.valid());
+}
+
+TEST_F(SurveyMapperTest, OfNothingThereIsNoMap) {
+  EXPECT_TRUE(Run({}, camera_, 0.1).atlas.Remaining().empty());
+  SurveyView empty;
+  empty.frame.features = std::make_shared<Features>(Features{{}, Descriptors(64)});
+  const SurveyOutcome outcome = Run({empty, empty, empty}, camera_, 0.1);
+  EXPECT_TRUE(outcome.atlas.Remaining().empty());
+  EXPECT_EQ(outcome.places.size(), 3u);
+}
+
+TEST_F(SurveyMapperTest, LandmarksReprojectWhereTheyAreSeen) {
+  const SurveyOutcome outcome = Run(Views(InOrder(), bent_), Guess(0.8), 0.1);
+  const Map& map = outcome.atlas.At(outcome.atlas.Remaining().front());
+  double squared = 0;
+  int count = 0;
+  map.landmarks().ForEach([&](const Landmark& landmark) {
+    for (const Observation& seen : landmark.observations) {
+      const Keyframe& keyframe = map.At(seen.keyframe);
+      const Keypoint& keypoint = keyframe.features().keypoints[static_cast<size_t>(seen.keypoint)];
+      const Eigen::Vector2d px =
+          outcome.camera.pinhole.Project(keyframe.cam_from_world * landmark.position_world);
+      squared += (px - keypoint.px.cast<double>()).squaredNorm();
+      ++count;
+    }
+  });
+  EXPECT_GT(count, 3000);
+  EXPECT_LT(std::sqrt(squared / count), 1.0);
+}
+
+}  // namespace
+}  // namespace deepuav

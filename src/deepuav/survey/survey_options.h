@@ -1,0 +1,75 @@
+#pragma once
+
+#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/two_view.h"
+
+namespace deepuav {
+
+/// How photographs are made a map all at once.
+struct SurveyOptions {
+  bool enabled = true;          ///< False: photographs are tracked one after the other, as a video.
+  int max_photographs = 2000;   ///< More are tracked as a video.
+  int sequence_neighbours = 3;  ///< Photographs before and after that each is matched with.
+  int similar_neighbours = 12;  ///< That look most like it, under any heading.
+  int overlap_neighbours = 16;  ///< At the end, that the map says overlap most.
+  double min_overlap = 0.25;    ///< Of the points of a photograph, seen by the other, for that.
+  int min_pair_matches = 20;    ///< That agree with one epipolar geometry.
+  double min_pair_ratio = 0.3;  ///< Of all matches of the pair.
+  double pair_error_px = 4;     ///< From the epipolar line: the lens is not known yet.
+  int weak_pair_matches = 60;   ///< Neighbours with fewer are matched by the learned matcher, too.
+  int trial_views = 8;          ///< Photographs by which a start and its focal length are judged.
+  int trial_pairs = 12;         ///< First pairs that are tried.
+  double focal_lead = 1.02;     ///< Support of another focal length over that of the given one.
+  int min_pose_inliers = 20;    ///< Points that agree with the pose of a photograph.
+  double min_pose_ratio = 0.25;  ///< Of those matched with it.
+  double max_error_px = 3;       ///< Reprojection error of an observation that counts.
+  double min_parallax_deg = 1;   ///< Of a point.
+  int min_map_views = 3;         ///< A smaller map is none.
+  double adjust_growth = 1.15;   ///< Growth of the map after which all of it is adjusted.
+  int window_views = 12;         ///< Adjusted with a new photograph in between.
+  double k1_sigma = 0.3;         ///< Of k1 about 0 before the photographs are seen...
+  double k2_sigma = 0.05;        ///< ...and of k2, where the lens sees wide enough to tell it.
+  int finish_rounds = 3;         ///< Of adjusting all, completing and discarding points at the end.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("enabled", enabled, "",
+          "photographs are made a map all at once; else one after the other, as a video");
+    visit("max_photographs", max_photographs, "", "photographs above which they are a video, too");
+    visit("sequence_neighbours", sequence_neighbours, "",
+          "photographs before and after that each is matched with");
+    visit("similar_neighbours", similar_neighbours, "",
+          "photographs that look most like each that it is matched with");
+    visit("overlap_neighbours", overlap_neighbours, "",
+          "photographs that the map says overlap, matched with each before the end");
+    visit("min_overlap", min_overlap, "",
+          "share of a photograph's points that lie in the view of another to be matched with it");
+    visit("min_pair_matches", min_pair_matches, "",
+          "matches of a pair that agree with one epipolar geometry, at least");
+    visit("min_pair_ratio", min_pair_ratio, "", "share of a pair's matches that must agree");
+    visit("pair_error_px", pair_error_px, "px",
+          "distance from the epipolar line of a match that agrees, while the lens is unknown");
+    visit("weak_pair_matches", weak_pair_matches, "",
+          "neighbours with fewer matches are matched by the learned matcher, too");
+    visit("trial_views", trial_views, "",
+          "photographs by which a start and its focal length are judged");
+    visit("trial_pairs", trial_pairs, "", "first pairs of photographs that are tried");
+    visit("focal_lead", focal_lead, "",
+          "support of another focal length over that of the given one to be taken");
+    visit("min_pose_inliers", min_pose_inliers, "",
+          "points that agree with the pose of a photograph, at least");
+    visit("min_pose_ratio", min_pose_ratio, "", "share of the points matched with it");
+    visit("max_error_px", max_error_px, "px", "reprojection error of an observation that counts");
+    visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a point, at least");
+    visit("min_map_views", min_map_views, "", "photographs of a map, at least");
+    visit("adjust_growth", adjust_growth, "", "growth of the map after which all is adjusted");
+    visit("window_views", window_views, "", "photographs adjusted with a new one in between");
+    visit("k1_sigma", k1_sigma, "",
+          "standard deviation of the radial distortion k1 about none, before it is refined");
+    visit("k2_sigma", k2_sigma, "", "likewise of k2");
+    visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end");
+  }
+};
+
+}  // namespace deepuav

@@ -1,0 +1,88 @@
+#include "deepuav/system/photo_survey.h"
+
+#include "deepuav/base/time.h"
+#include "deepuav/system/frame_feed.h"
+#include "deepuav/system/stage_clock.h"
+
+namespace deepuav {
+namespace {
+
+SurveyView ViewOf(Frame frame, TurnedDescriber* turned, StageClock* clock) {
+  SurveyView view;
+  if (turned) {
+    const StageScope stage(clock, "turned descriptors");
+    view.turned = turned->Describe(frame.image->image(), *frame.features);
+  }
+  frame.image.reset();
+  view.frame = std::move(frame);
+  return view;
+}
+
+FrameRecord RecordOf(const Frame& frame, const SurveyOutcome& outcome,
+                     const SurveyOutcome::Place& place) {
+  FrameRecord record;
+  record.id = frame.id;
+  record.time = frame.time;
+  record.keypoint_count = frame.features->size();
+  if (!place.map.valid()) {
+    record.reason = "no other photograph shows enough of the same ground";
+    return record;
+  }
+  const Keyframe& keyframe = outcome.atlas.At(place.map).At(place.keyframe);
+  record.state = TrackingState::kTracking;
+  record.tracked_online = true;
+  record.map = place.map;
+  record.pose = {keyframe.id, SE3(), keyframe.scale};
+  record.cam_from_world = keyframe.cam_from_world;
+  record.landmark_count = keyframe.LandmarkCount();
+  return record;
+}
+
+}  // namespace
+
+SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
+                    const Perception& perception, ImageSource* images,
+                    const std::function<void(FrameId)>& progress,
+                    const std::function<bool()>& stop) {
+  SurveyRun run;
+  StageClock clock;
+  std::vector<SurveyView> views;
+  {
+    SequentialFeed sequential(images, perception.extractor, &clock);
+    PrefetchingFeed feed(&sequential, options.frames_ahead);
+    while (!(stop && stop())) {
+      std::optional<Frame> frame = feed.Next();
+      if (!frame) break;
+      const FrameId id = frame->id;
+      views.push_back(ViewOf(std::move(*frame), perception.turned, &clock));
+      if (progress) progress(id);
+    }
+  }
+  // What was seen until then is still made a map, for a while.
+  Stopwatch since_stop;
+  const auto late = [&] {
+    if (!run.result.stopped && stop && stop()) {
+      run.result.stopped = true;
+      since_stop.Restart();
+    }
+    return run.result.stopped && since_stop.Seconds() > options.finish_stopped_s;
+  };
+  Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
+  Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
+  SurveyMapper mapper(camera, focal_sigma, options.survey, {quick, learned, perception.vocabulary},
+                      &clock);
+  try {
+    run.outcome = mapper.Run(views, late);
+  } catch (const std::exception& error) {
+    run.result.failure = error.what();
+    run.outcome.places.resize(views.size());
+    run.outcome.camera = camera;
+  }
+  for (size_t v = 0; v < views.size(); ++v) {
+    run.result.frames.push_back(RecordOf(views[v].frame, run.outcome, run.outcome.places[v]));
+  }
+  run.result.stage_durations_s = clock.Durations();
+  return run;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+
+#include "deepuav/survey/survey_mapper.h"
+#include "deepuav/system/slam.h"
+
+namespace deepuav {
+
+/// What a survey leaves behind: as a run, and the maps.
+struct SurveyRun {
+  SlamResult result;
+  SurveyOutcome outcome;
+};
+
+/// Makes maps of all photographs at once (SurveyMapper). `camera` as the extractor's;
+/// `focal_sigma`: how far its focal length is to be trusted, 0 for a calibrated one. `progress` is
+/// called for each photograph once its features are there; `stop` ends the reading of photographs
+/// early, and what follows after options.finish_stopped_s.
+SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
+                    const Perception& perception, ImageSource* images,
+                    const std::function<void(FrameId)>& progress = nullptr,
+                    const std::function<bool()>& stop = nullptr);
+
+}  // namespace deepuav
