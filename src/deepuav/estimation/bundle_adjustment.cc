@@ -185,8 +185,8 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
     if (IsOutlier(observation, state, options.chi_square)) continue;
     const Eigen::Vector3d point =
         state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
-    squared += (state.camera.Project(point) - observation.px).squaredNorm() /
-               (observation.sigma_px * observation.sigma_px);
+    const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
+    squared += (Whitening(observation.noise) * error_px).squaredNorm();
     count += 2;
   }
   const double freedom = count - 6.0 * structure.free_cameras() - 3.0 * structure.groups();
