@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 struct MatchArguments {
   std::string a, b, pairs, images, picture, log_level = "info";
   fs::path out;
-  bool draw = false, headings = false;
+  bool draw = false, headings = false, refine = true;
   int max_side_px = 640;
   OptionArguments options;
 };
@@ -153,7 +153,7 @@ void MatchAll(const MatchArguments& arguments) {
   const std::vector<ImagePair> pairs = PairsOf(arguments);
   MatchWriter writer(arguments, options);
   writer.Probe(pairs);
-  PairMatcher matcher(options, arguments.max_side_px, arguments.headings);
+  PairMatcher matcher(options, arguments.max_side_px, arguments.headings, arguments.refine);
   {
     ProgressBar bar(static_cast<int>(pairs.size()), "pairs");
     for (size_t i = 0; i < pairs.size(); ++i) {
@@ -186,6 +186,8 @@ void AddArguments(CLI::App& command, MatchArguments& arguments) {
       ->type_name("[FILE]");
   command.add_flag("--headings", arguments.headings,
                    "Try the first image turned by 90, 180 and 270 degrees, too");
+  command.add_flag("--refine,!--no-refine", arguments.refine,
+                   "Measure places in the second image by patches of the first (the default)");
   command
       .add_option("--max-side", arguments.max_side_px,
                   "Larger images are reduced to this length of the longer side, px")

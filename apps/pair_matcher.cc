@@ -11,6 +11,7 @@ namespace {
 
 constexpr size_t kImagesKept = 64;
 constexpr int kHeadings = 4;
+constexpr int kPyramidLevels = 3;
 
 double SumOfScores(const std::vector<Match>& matches) {
   double sum = 0;
@@ -26,6 +27,7 @@ Eigen::Vector2i SizeOf(const GreyImage& image) { return {image.cols, image.rows}
 struct PairMatcher::SeenImage {
   std::filesystem::path file;
   ReducedImage reduced;
+  std::optional<ImagePyramid> pyramid;  ///< Of it, where positions are refined.
   Features features;
   TurnedDescriptors turned;
 
@@ -42,9 +44,11 @@ struct PairMatcher::SeenImage {
   }
 };
 
-PairMatcher::PairMatcher(const RunOptions& options, int max_side_px, bool headings)
+PairMatcher::PairMatcher(const RunOptions& options, int max_side_px, bool headings, bool refine)
     : max_side_px_(max_side_px),
       headings_(headings),
+      refine_(refine && options.system.patches.enabled),
+      patches_(options.system.patches),
       extractor_(options.features, options.inference) {
   ShippedModels().Check(options.features.model);
   if (NeedsSuperGlue(options)) {
@@ -71,6 +75,7 @@ std::shared_ptr<const PairMatcher::SeenImage> PairMatcher::See(const std::filesy
   auto image = std::make_shared<SeenImage>();
   image->file = file;
   image->reduced = LoadReduced(file, max_side_px_);
+  if (refine_) image->pyramid.emplace(image->reduced.image, kPyramidLevels);
   image->features = extractor_.Extract(image->reduced.image);
   if (headings_) image->turned = extractor_.DescribeTurned(image->reduced.image, image->features);
   if (seen_.size() == kImagesKept) seen_.pop_back();
@@ -98,15 +103,34 @@ std::vector<PixelMatch> PairMatcher::MatchImages(const std::filesystem::path& fi
   }
   std::stable_sort(best.begin(), best.end(),
                    [](const Match& one, const Match& other) { return one.score > other.score; });
+  std::vector<PointPair> pairs;
+  pairs.reserve(best.size());
+  for (const Match& match : best) {
+    pairs.push_back({a->features.keypoints[static_cast<size_t>(match.a)].image_px.cast<double>(),
+                     b->features.keypoints[static_cast<size_t>(match.b)].image_px.cast<double>()});
+  }
+  if (refine_) Refine(*a, *b, &pairs);
   std::vector<PixelMatch> found;
   found.reserve(best.size());
-  for (const Match& match : best) {
-    const Keypoint& p = a->features.keypoints[static_cast<size_t>(match.a)];
-    const Keypoint& q = b->features.keypoints[static_cast<size_t>(match.b)];
-    found.push_back({a->reduced.ToOriginal(p.image_px), b->reduced.ToOriginal(q.image_px),
-                     std::min(match.score, 1.0f)});  // rounded descriptors can give a little more
+  for (size_t i = 0; i < best.size(); ++i) {
+    found.push_back({a->reduced.ToOriginal(pairs[i].a_px.cast<float>()),
+                     b->reduced.ToOriginal(pairs[i].b_px.cast<float>()),
+                     // rounded descriptors can give a little more
+                     std::min(best[i].score, 1.0f)});
   }
   return found;
+}
+
+void PairMatcher::Refine(const SeenImage& a, const SeenImage& b,
+                         std::vector<PointPair>* pairs) const {
+  const auto warps = LocalWarps(*pairs);
+  for (size_t i = 0; i < pairs->size(); ++i) {
+    if (!warps[i]) continue;
+    PointPair& pair = (*pairs)[i];
+    const auto aligned =
+        AlignPatch(*a.pyramid, pair.a_px, *warps[i], *b.pyramid, pair.b_px, patches_);
+    if (aligned) pair.b_px = aligned->px;
+  }
 }
 
 std::string MatchesText(const std::vector<PixelMatch>& matches) {

@@ -8,6 +8,8 @@
 
 #include "any_size_extractor.h"
 #include "deepuav/matching/matcher.h"
+#include "deepuav/patches/local_warp.h"
+#include "deepuav/patches/patch_alignment.h"
 #include "run_options.h"
 
 namespace deepuav {
@@ -25,7 +27,8 @@ class PairMatcher {
   /// Images are reduced to `max_side_px` along their longer side. With `headings` the first image
   /// is tried upright and turned by 90, 180 and 270 degrees, and the heading with the largest sum
   /// of scores is taken. Throws Error for a model that is missing, damaged or does not fit.
-  PairMatcher(const RunOptions& options, int max_side_px, bool headings);
+  /// With `refine` the place in the second image is measured by patches, where these agree.
+  PairMatcher(const RunOptions& options, int max_side_px, bool headings, bool refine);
   ~PairMatcher();
 
   /// By falling score. Throws Error naming an image that cannot be read.
@@ -36,10 +39,13 @@ class PairMatcher {
   struct SeenImage;
 
   std::shared_ptr<const SeenImage> See(const std::filesystem::path& file);
+  /// Moves the places in b to where the patches around those in a are found, both as reduced.
+  void Refine(const SeenImage& a, const SeenImage& b, std::vector<PointPair>* pairs) const;
   std::vector<Match> MatchHeading(const SeenImage& a, const SeenImage& b, int quarter_turns);
 
   const int max_side_px_;
-  const bool headings_;
+  const bool headings_, refine_;
+  const PatchOptions patches_;
   AnySizeExtractor extractor_;
   std::unique_ptr<Matcher> matcher_;
   SuperGlueMatcher* superglue_ = nullptr;             ///< The matcher, where it is one.

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+namespace deepuav {
+
+/// The same point in two images, px.
+struct PointPair {
+  Eigen::Vector2d a_px, b_px;
+};
+
+struct LocalWarpOptions {
+  int neighbours = 16;      ///< Pairs around each that tell how its surroundings change.
+  int min_agreeing = 6;     ///< Of these; fewer tell nothing.
+  double max_error_px = 4;  ///< Of a pair that agrees.
+  double max_stretch = 3;   ///< Ratio of the largest to the least magnification; more is no view.
+  int rounds = 4;           ///< Of fitting, each to those that agreed with the one before.
+};
+
+/// d b pixel / d a pixel around each pair, where no poses are known: the affinity of the pairs
+/// around it, fitted robustly. Nothing where too few of them agree with one.
+std::vector<std::optional<Eigen::Matrix2d>> LocalWarps(const std::vector<PointPair>& pairs,
+                                                       const LocalWarpOptions& options = {});
+
+}  // namespace deepuav
