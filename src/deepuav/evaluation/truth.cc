@@ -1,5 +1,6 @@
 #include "deepuav/evaluation/truth.h"
 
+#include <GeographicLib/Geodesic.hpp>
 #include <GeographicLib/LocalCartesian.hpp>
 #include <algorithm>
 #include <memory>
@@ -95,8 +96,23 @@ Eigen::Vector3d AntennaInCamera(const std::filesystem::path& receiver_file) {
   return body_from_cam.Inverse() * ReadEurocBodyFromSensor(sensor).translation();
 }
 
+/// What carries a camera is not that fast; two logs in one file are, and a digit that was lost.
+void CheckReachable(const TimedFix& before, const TimedFix& after, const std::string& file) {
+  constexpr double kFastest_m_s = 1000, kAlwaysNear_m = 100'000;
+  double distance_m = 0;
+  GeographicLib::Geodesic::WGS84().Inverse(before.fix.latitude_deg, before.fix.longitude_deg,
+                                           after.fix.latitude_deg, after.fix.longitude_deg,
+                                           distance_m);
+  const double seconds = SecondsBetween(before.time, after.time);
+  if (distance_m <= kAlwaysNear_m || distance_m <= kFastest_m_s * seconds) return;
+  throw Error(
+      "{}: the position at {} ns lies {:.0f} km from that {} s before: expected at most {} m/s",
+      file, after.time.nanoseconds, distance_m / 1000, seconds, kFastest_m_s);
+}
+
 Truth ReadReceiver(const std::filesystem::path& file, bool use_altitude) {
   const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  for (size_t i = 1; i < fixes.size(); ++i) CheckReachable(fixes[i - 1], fixes[i], file.string());
   Truth truth = TruthOfFixes(fixes, use_altitude && HaveAltitudes(fixes));
   truth.has_own_clock = true;
   truth.antenna_cam_m = AntennaInCamera(std::filesystem::absolute(file));

@@ -58,6 +58,21 @@ TEST(LoadTruth, TheFolderOfSensorsItselfHasTheTruthOfItsDataset) {
   fs::remove_all(folder);
 }
 
+TEST(LoadTruth, RefusesFixesThatJumpAcrossTheEarth) {
+  const auto file = std::filesystem::temp_directory_path() / "deepuav_jumping_truth_test.csv";
+  std::ofstream(file) << "time,lat,lon\n1,47,8\n2,47,8.0001\n3,-47,172\n";
+  try {
+    LoadTruth(file);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("at 3000000000 ns lies"), std::string::npos)
+        << error.what();
+  }
+  std::ofstream(file) << "time,lat,lon\n1,47,179.9999\n2,47,-179.9999\n";
+  EXPECT_EQ(LoadTruth(file).trajectory.size(), 2u);
+  std::filesystem::remove(file);
+}
+
 TEST(LoadTruth, KnowsWhereZIsUp) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / "deepuav_up_truth_test";

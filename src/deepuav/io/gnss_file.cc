@@ -1,6 +1,5 @@
 #include "deepuav/io/gnss_file.h"
 
-#include <GeographicLib/Geodesic.hpp>
 #include <algorithm>
 #include <cctype>
 #include <optional>
@@ -212,19 +211,6 @@ void CheckOnGlobe(const GeoFix& fix, const std::string& where) {
   }
 }
 
-/// What carries a camera is not that fast; two logs in one file are, and a digit that was lost.
-void CheckReachable(const TimedFix& before, const TimedFix& after, const std::string& where) {
-  constexpr double kFastest_m_s = 1000, kAlwaysNear_m = 100'000;
-  double distance_m = 0;
-  GeographicLib::Geodesic::WGS84().Inverse(before.fix.latitude_deg, before.fix.longitude_deg,
-                                           after.fix.latitude_deg, after.fix.longitude_deg,
-                                           distance_m);
-  const double seconds = SecondsBetween(before.time, after.time);
-  if (distance_m <= kAlwaysNear_m || distance_m <= kFastest_m_s * seconds) return;
-  throw Error("{}: the position lies {:.0f} km from that {} s before: expected at most {} m/s",
-              where, distance_m / 1000, seconds, kFastest_m_s);
-}
-
 }  // namespace
 
 bool IsGnssFile(const std::filesystem::path& file) {
@@ -247,7 +233,6 @@ std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file) {
       throw Error("{}: the time lies {} s before that of the fix before: expected growing times",
                   where, SecondsBetween(timed.time, fixes.back().time));
     }
-    if (!fixes.empty()) CheckReachable(fixes.back(), timed, where);
     if (fixes.empty() || fixes.back().time < timed.time) fixes.push_back(timed);
   };
   const std::string first_line = FirstLine(file);

@@ -32,8 +32,8 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// GPX: all points of all tracks, which must have times.
 ///
 /// Of several fixes with the same time the first is kept. Throws Error naming file and line for
-/// what is no number, outside of the globe, too far from the fix before or goes back in time, and
-/// for a file without fixes.
+/// what is no number, outside of the globe, at a height that nothing flies at or goes back in time,
+/// and for a file without fixes.
 std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file);
 
 /// The EXIF positions of a folder of photographs (here or in images/), in the order and with the

@@ -64,13 +64,6 @@ TEST_F(GnssFileTest, RefusesHeightsThatNothingFliesAt) {
               AllOf(HasSubstr("a.csv:2"), HasSubstr("altitude is -20000 m")));
 }
 
-TEST_F(GnssFileTest, RefusesFixesThatJumpAcrossTheEarth) {
-  EXPECT_THAT(ErrorOf("a.csv", "time,lat,lon\n1,47,8\n2,47,9\n3,-47,172\n"),
-              AllOf(HasSubstr("a.csv:4"), HasSubstr("km from that 1 s before")));
-  EXPECT_EQ(ReadGnssFile(Write("b.csv", "time,lat,lon\n1,47,179.9999\n2,47,-179.9999\n")).size(),
-            2u);
-}
-
 TEST_F(GnssFileTest, AltitudesHaveTheUnitOfTheirName) {
   for (const auto& [name, metres] :
        std::vector<std::pair<std::string, double>>{{"altitude(km)", 1500},

@@ -44,8 +44,7 @@ std::set<KeyframeId> Surroundings(const Map& map, KeyframeId keyframe, int min_s
 
 void LoopingOptions::Check() const {
   CheckRange("looping.agreeing_keyframes", agreeing_keyframes, 1, 1000);
-  CheckOption(memory_keyframes >= agreeing_keyframes, "looping.memory_keyframes", memory_keyframes,
-              "at least agreeing_keyframes");
+  CheckRange("looping.memory_keyframes", memory_keyframes, agreeing_keyframes, 10'000);
   CheckPositive("looping.max_disagreement_px", max_disagreement_px, 10'000);
   CheckPositive("looping.max_scale_disagreement", max_scale_disagreement, 100);
   CheckRange("looping.rest_keyframes", rest_keyframes, 0, 1'000'000);
