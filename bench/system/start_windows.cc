@@ -1,0 +1,378 @@
+// Starts maps at random moments of sequences and flights: how many start, how soon, and how many
+// wrongly.
+//
+//   start_windows DATASET... --features FOLDER --model MODEL.onnx [--windows N] [--variant
+//   "name=value ..."]...
+//
+// Each window is run from nothing with each variant of the options, over features that are
+// extracted once. There is parallax in it where the camera goes a fifth of the depth of what it
+// sees (as one run over the whole sequence tells that depth). A map is wrong where it is off by
+// more than a tenth: its path from the truth's, over the truth's extent, or the scale of its first
+// half from its second's. Delays are those of the first frame that is located when its turn comes:
+// after the window's first frame, and after the frame by which the camera has gone a twentieth of
+// the depth.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "deepuav/base/random.h"
+#include "deepuav/evaluation/association.h"
+#include "deepuav/evaluation/truth.h"
+#include "deepuav/geometry/alignment.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/system/slam.h"
+#include "stored_sequence.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kParallaxTravel = 0.2, kFirstParallaxTravel = 0.05;  // over the depth
+constexpr double kWrong = 0.1;
+constexpr double kLeastHalfTravel = 0.05;  // over the depth: less tells no scale
+constexpr int kLeastFrames = 10;           // located, to judge a map
+constexpr double kSlowestHz = 2;
+
+struct Arguments {
+  std::vector<std::string> datasets, variants;
+  std::string features, model;
+  int windows = 200, frames = 60, seed = 1;
+  bool verbose = false;
+};
+
+/// Where the camera truly was, and how far what it saw.
+struct TruthOfFrames {
+  std::vector<std::optional<Eigen::Vector3d>> centre;  ///< Per frame.
+  std::vector<double> depth_m;                         ///< Per frame.
+};
+
+struct Sequence {
+  std::string name;
+  std::unique_ptr<Dataset> dataset;
+  std::vector<Features> features;
+  TruthOfFrames truth;
+};
+
+struct Window {
+  size_t sequence = 0;
+  Part part;
+};
+
+struct Verdict {
+  bool has_parallax = false, started = false, judged = false, wrong = false;
+  double delay_s = 0, delay_after_parallax_s = 0, shape_error = 0, scale_change = 0;
+  int located = 0, first_online = -1;
+};
+
+SlamResult RunPart(const Sequence& sequence, const Part& part, const std::string& variant,
+                   std::map<MapId, std::map<LandmarkId, Eigen::Vector3d>>* landmarks) {
+  SystemOptions options;
+  NearestNeighbourOptions matching;
+  SuperPointOptions superpoint;
+  OptionRegistry registry;
+  RegisterOptions(&options, &registry);
+  registry.Add("matching", &matching);
+  registry.Add("features", &superpoint);
+  std::istringstream words(variant);
+  for (std::string word; words >> word;) registry.SetAssignment(word);
+  StoredExtractor extractor(&sequence.features, superpoint, part);
+  NearestNeighbourMatcher matcher(matching);
+  Slam slam(sequence.dataset->camera(), options, {&extractor, &matcher});
+  PartImages images(sequence.dataset.get(), part);
+  SlamResult result = slam.Run(&images, Schedule::kSequential);
+  if (landmarks) {
+    for (MapId map : slam.atlas().Remaining()) {
+      slam.atlas().At(map).landmarks().ForEach([&](const Landmark& landmark) {
+        (*landmarks)[map][landmark.id] = landmark.position_world;
+      });
+    }
+  }
+  return result;
+}
+
+std::optional<MapId> LargestMap(const SlamResult& result) {
+  std::map<MapId, int> frames;
+  for (const FrameRecord& record : result.frames) {
+    if (record.located()) ++frames[record.map];
+  }
+  std::optional<MapId> largest;
+  for (const auto& [map, count] : frames) {
+    if (!largest || count > frames[*largest]) largest = map;
+  }
+  return largest;
+}
+
+/// The scale that makes the distances of the points from their middle those of the others.
+double ScaleBetween(const std::vector<Eigen::Vector3d>& from,
+                    const std::vector<Eigen::Vector3d>& to) {
+  const auto spread = [](const std::vector<Eigen::Vector3d>& points) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const auto& p : points) mean += p / static_cast<double>(points.size());
+    double squared = 0;
+    for (const auto& p : points) squared += (p - mean).squaredNorm();
+    return std::sqrt(squared / static_cast<double>(points.size()));
+  };
+  return spread(to) / spread(from);
+}
+
+std::vector<std::optional<Eigen::Vector3d>> TrueCentres(const Dataset& dataset,
+                                                        const Truth& truth) {
+  std::vector<std::optional<Eigen::Vector3d>> centres(static_cast<size_t>(dataset.size()));
+  Trajectory frames;
+  for (int i = 0; i < dataset.size(); ++i) frames.push_back({dataset.Time(i), SE3()});
+  for (const AssociatedPair& pair : Associate(truth.trajectory, frames)) {
+    centres[static_cast<size_t>(pair.estimate)] =
+        truth.trajectory[static_cast<size_t>(pair.truth)].world_from_cam.translation();
+  }
+  return centres;
+}
+
+/// Median distance of what each frame sees, in metres, from a run over all of them; of a frame that
+/// was not located that of the nearest one before it, or after.
+std::vector<double> Depths(const Sequence& sequence) {
+  std::map<MapId, std::map<LandmarkId, Eigen::Vector3d>> landmarks;
+  const SlamResult result =
+      RunPart(sequence, Part{.end = sequence.dataset->size()}, "", &landmarks);
+  const std::optional<MapId> map = LargestMap(result);
+  if (!map) {
+    fmt::print("{}: no map over all of it, so its windows are not judged\n", sequence.name);
+    return std::vector<double>(result.frames.size(), std::numeric_limits<double>::infinity());
+  }
+  std::vector<Eigen::Vector3d> estimate, truth;
+  std::vector<double> depths(result.frames.size(), 0);
+  for (size_t i = 0; i < result.frames.size(); ++i) {
+    const FrameRecord& record = result.frames[i];
+    if (record.map != *map || !sequence.truth.centre[i]) continue;
+    const Eigen::Vector3d centre = record.cam_from_world.InverseTranslation();
+    estimate.push_back(centre);
+    truth.push_back(*sequence.truth.centre[i]);
+    std::vector<double> distances;
+    for (const FrameRecord::Seen& seen : record.seen) {
+      const auto place = landmarks[*map].find(seen.landmark);
+      if (place != landmarks[*map].end()) distances.push_back((place->second - centre).norm());
+    }
+    if (distances.empty()) continue;
+    const auto middle = distances.begin() + static_cast<ptrdiff_t>(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    depths[i] = *middle;
+  }
+  const double scale = ScaleBetween(estimate, truth);
+  double last = 0;
+  for (double& depth : depths) last = depth = depth > 0 ? depth * scale : last;
+  for (size_t i = depths.size(); i-- > 0;) last = depths[i] = depths[i] > 0 ? depths[i] : last;
+  return depths;
+}
+
+Sequence LoadSequence(const std::string& folder, const Arguments& arguments) {
+  Sequence sequence;
+  sequence.name = std::filesystem::path(folder).filename().string();
+  sequence.dataset = OpenDataset(folder);
+  sequence.features =
+      LoadOrExtract(sequence.dataset.get(), arguments.features + "/" + sequence.name + ".features",
+                    arguments.model);
+  sequence.truth.centre = TrueCentres(*sequence.dataset, LoadTruth(folder, false));
+  sequence.truth.depth_m = Depths(sequence);
+  return sequence;
+}
+
+std::vector<Window> DrawWindows(const std::vector<Sequence>& sequences,
+                                const Arguments& arguments) {
+  Random random(static_cast<uint64_t>(arguments.seed));
+  std::vector<Window> windows;
+  for (int i = 0; i < arguments.windows; ++i) {
+    const size_t s = static_cast<size_t>(i) % sequences.size();
+    const Dataset& dataset = *sequences[s].dataset;
+    const double period_s = SecondsBetween(dataset.Time(0), dataset.Time(1));
+    const int most_stride = std::clamp(
+        std::min(static_cast<int>(1 / (kSlowestHz * period_s)), dataset.size() / arguments.frames),
+        1, 4);
+    Part part{.stride = 1 + random.Index(most_stride)};
+    const int length = std::min(arguments.frames * part.stride, dataset.size());
+    part.start = random.Index(dataset.size() - length + 1);
+    part.end = part.start + length;
+    windows.push_back({s, part});
+  }
+  return windows;
+}
+
+void JudgeParallax(const Sequence& sequence, const Part& part, double first_online_s,
+                   Verdict* verdict) {
+  const auto at = [&](int i) { return static_cast<size_t>(part.Frame(i)); };
+  const auto& centre = sequence.truth.centre;
+  double from_s = -1;
+  for (int i = 0; i < part.size(); ++i) {
+    if (!centre[at(0)] || !centre[at(i)]) continue;
+    const double travel = (*centre[at(i)] - *centre[at(0)]).norm() / sequence.truth.depth_m[at(0)];
+    if (travel >= kParallaxTravel) verdict->has_parallax = true;
+    if (travel >= kFirstParallaxTravel && from_s < 0)
+      from_s = SecondsBetween(sequence.dataset->Time(part.Frame(0)),
+                              sequence.dataset->Time(part.Frame(i)));
+  }
+  verdict->delay_s = first_online_s;
+  verdict->delay_after_parallax_s = first_online_s - std::max(from_s, 0.0);
+}
+
+void JudgeShape(const Sequence& sequence, const Part& part, const SlamResult& result,
+                Verdict* verdict) {
+  std::vector<Eigen::Vector3d> estimate, truth;
+  const std::optional<MapId> map = LargestMap(result);
+  for (size_t i = 0; i < result.frames.size() && map; ++i) {
+    const auto& centre =
+        sequence.truth.centre[static_cast<size_t>(part.Frame(static_cast<int>(i)))];
+    if (result.frames[i].map != *map || !centre) continue;
+    estimate.push_back(result.frames[i].cam_from_world.InverseTranslation());
+    truth.push_back(*centre);
+  }
+  verdict->located = static_cast<int>(estimate.size());
+  if (verdict->located < kLeastFrames) return;
+  const double depth = sequence.truth.depth_m[static_cast<size_t>(part.start)];
+  const auto middle = static_cast<ptrdiff_t>(estimate.size() / 2);
+  const auto halves = [middle](const std::vector<Eigen::Vector3d>& all) {
+    return std::pair(std::vector(all.begin(), all.begin() + middle),
+                     std::vector(all.begin() + middle, all.end()));
+  };
+  const auto [truth_before, truth_after] = halves(truth);
+  const auto [before, after] = halves(estimate);
+  const auto travels = [&](const std::vector<Eigen::Vector3d>& part_of_path) {
+    return (part_of_path.back() - part_of_path.front()).norm() >= kLeastHalfTravel * depth;
+  };
+  if (travels(truth_before) && travels(truth_after)) {
+    verdict->judged = true;
+    verdict->scale_change = ScaleBetween(before, truth_before) / ScaleBetween(after, truth_after);
+  }
+  if (!travels(truth)) return;
+  const auto aligned = Align(estimate, truth, AlignmentKind::kSimilar);
+  if (!aligned) return;
+  verdict->judged = true;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : truth) mean += p / static_cast<double>(truth.size());
+  double error = 0, spread = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    error += (*aligned * estimate[i] - truth[i]).squaredNorm();
+    spread += (truth[i] - mean).squaredNorm();
+  }
+  verdict->shape_error = std::sqrt(error / spread);
+}
+
+Verdict Judge(const Sequence& sequence, const Part& part, const SlamResult& result) {
+  Verdict verdict;
+  double first_online_s = 0;
+  for (const FrameRecord& record : result.frames) {
+    if (!record.tracked_online) continue;
+    verdict.started = true;
+    verdict.first_online = static_cast<int>(&record - result.frames.data());
+    first_online_s = SecondsBetween(result.frames.front().time, record.time);
+    break;
+  }
+  JudgeParallax(sequence, part, first_online_s, &verdict);
+  JudgeShape(sequence, part, result, &verdict);
+  const bool scale_is_off =
+      verdict.scale_change > 0 && std::abs(std::log(verdict.scale_change)) > std::log1p(kWrong);
+  verdict.wrong = verdict.judged && (scale_is_off || verdict.shape_error > kWrong);
+  return verdict;
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return std::nan("");
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What became of some windows, in one line of the table.
+void PrintRow(const std::string& name, const std::vector<Verdict>& verdicts) {
+  int with_parallax = 0, right = 0, started = 0, wrong = 0;
+  std::vector<double> delays, after_parallax, shape;
+  double located = 0;
+  for (const Verdict& v : verdicts) {
+    started += v.started;
+    wrong += v.wrong;
+    located += v.located;
+    with_parallax += v.has_parallax;
+    if (v.judged) shape.push_back(v.shape_error);
+    if (!v.has_parallax || !v.started) continue;
+    right += !v.wrong;
+    delays.push_back(v.delay_s);
+    after_parallax.push_back(v.delay_after_parallax_s);
+  }
+  const auto percent = [](double part, double all) { return all > 0 ? 100 * part / all : 0; };
+  fmt::print("| {} | {} | {} | {:.1f} | {} | {:.1f} | {:.2f} | {:.2f} | {:.3f} | {:.1f} |\n", name,
+             verdicts.size(), with_parallax, percent(right, with_parallax), wrong,
+             percent(wrong, static_cast<double>(verdicts.size())), MedianOf(delays),
+             MedianOf(after_parallax), MedianOf(shape),
+             located / static_cast<double>(verdicts.size()));
+}
+
+void RunVariant(const std::vector<Sequence>& sequences, const std::vector<Window>& windows,
+                const std::string& variant, bool verbose) {
+  std::vector<Verdict> all;
+  std::map<std::string, std::vector<Verdict>> by_sequence;
+  for (const Window& window : windows) {
+    const Sequence& sequence = sequences[window.sequence];
+    const SlamResult result = RunPart(sequence, window.part, variant, nullptr);
+    const Verdict v = Judge(sequence, window.part, result);
+    all.push_back(v);
+    by_sequence[sequence.name].push_back(v);
+    if (verbose || v.wrong || (v.has_parallax && !v.started)) {
+      fmt::print(
+          "{} start={} end={} stride={}: {}, first online {}, {} located, scale change "
+          "{:.3f}, shape {:.3f}{}\n",
+          sequence.name, window.part.start, window.part.end, window.part.stride,
+          v.wrong     ? "WRONG"
+          : v.started ? "started"
+                      : "no map",
+          v.first_online, v.located, v.scale_change, v.shape_error,
+          v.has_parallax ? "" : ", no parallax");
+    }
+  }
+  fmt::print(
+      "\n{}\n\n| sequence | windows | with parallax | of these right, % | wrong | of all, % | "
+      "delay, s | after parallax, s | shape error | located of a window |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n",
+      variant.empty() ? "(defaults)" : variant);
+  for (const auto& [name, verdicts] : by_sequence) PrintRow(name, verdicts);
+  PrintRow("all", all);
+  std::fflush(stdout);
+}
+
+void Run(const Arguments& arguments) {
+  std::filesystem::create_directories(arguments.features);
+  std::vector<Sequence> sequences;
+  for (const std::string& folder : arguments.datasets)
+    sequences.push_back(LoadSequence(folder, arguments));
+  const std::vector<Window> windows = DrawWindows(sequences, arguments);
+  for (const std::string& variant : arguments.variants)
+    RunVariant(sequences, windows, variant, arguments.verbose);
+}
+
+}  // namespace
+}  // namespace deepuav
+
+int main(int argc, char** argv) {
+  deepuav::Arguments arguments;
+  CLI::App app("Starts maps at random moments of sequences");
+  app.add_option("datasets", arguments.datasets, "folders of datasets with truth")->required();
+  app.add_option("--features", arguments.features, "folder where features are kept")->required();
+  app.add_option("--model", arguments.model, "SuperPoint network")->required();
+  app.add_option("--windows", arguments.windows, "how many, over all datasets in turn");
+  app.add_option("--frames", arguments.frames, "frames of a window");
+  app.add_option("--seed", arguments.seed, "of the windows");
+  app.add_option("--variant", arguments.variants, "options of the program, name=value ...");
+  app.add_flag("--verbose", arguments.verbose, "print every window");
+  CLI11_PARSE(app, argc, argv);
+  if (arguments.variants.empty()) arguments.variants.push_back("");
+  try {
+    deepuav::Run(arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "start_windows: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
