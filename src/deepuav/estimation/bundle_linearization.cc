@@ -93,6 +93,10 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
           weight * camera_jacobian.transpose() * jacobian;
     }
   }
+  camera_pair = structure.camera_pairs;
+  CameraFactorLinearization(structure.free_of_camera)
+      .Compute(structure.factors, state.cam_from_world, &camera_camera, &camera_gradient,
+               &camera_pair);
   if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
 }
 
@@ -106,7 +110,7 @@ double BundleCost(const BundleStructure& structure, const BundleState& state,
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double max_squared_error = MaxSquaredError(state.camera);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
-  double cost = prior * prior;
+  double cost = prior * prior + CameraFactorCost(structure.factors, state.cam_from_world);
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];
