@@ -11,6 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 ARROWS = {
     "base": [],
     "geometry": ["base"],
+    "sensors": ["geometry"],
     "image": ["geometry"],
     "inference": ["base"],
     "features": ["image", "inference"],
@@ -22,10 +23,10 @@ ARROWS = {
     "tracking": ["localisation"],
     "mapping": ["estimation", "matching"],
     "looping": ["localisation", "place"],
-    "system": ["tracking", "mapping", "looping"],
-    "io": ["map", "image"],
+    "system": ["tracking", "mapping", "looping", "sensors"],
+    "io": ["map", "image", "sensors"],
     "evaluation": ["geometry", "io"],
-    "simulation": ["geometry", "image"],
+    "simulation": ["geometry", "image", "sensors"],
     "viewer": ["map", "evaluation"],
 }
 

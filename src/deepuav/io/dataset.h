@@ -9,14 +9,9 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/image/image.h"
+#include "deepuav/sensors/streams.h"
 
 namespace deepuav {
-
-/// A position fix: WGS 84.
-struct GeoFix {
-  double latitude_deg = 0, longitude_deg = 0;
-  std::optional<double> altitude_m;
-};
 
 /// A sequence of images of one camera. Frames are numbered from 0 in order of time.
 /// Thread-compatible: one user at a time.
@@ -41,7 +36,8 @@ class Dataset {
   virtual GreyImage Load(int frame) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
-  virtual std::optional<GeoFix> Fix(int /*frame*/) const { return std::nullopt; }
+  /// Reads what its other sensors measured. Throws Error naming file and field.
+  virtual SensorStreams ReadSensors() const { return {}; }
   /// Whether the calibration is only where to start from, to be refined: taken from EXIF, or
   /// `model: auto`.
   virtual bool CalibrationIsApproximate() const { return false; }

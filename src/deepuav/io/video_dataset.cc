@@ -6,6 +6,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/layout_readers.h"
+#include "deepuav/io/sensor_files.h"
 
 namespace deepuav {
 namespace {
@@ -38,6 +39,7 @@ class VideoDataset : public Dataset {
     return fmt::format("{}_{:06}.png", file_.stem().string(), frame);
   }
   GreyImage Load(int frame) override;
+  SensorStreams ReadSensors() const override { return ReadSensorsBesideVideo(file_); }
   bool CalibrationIsApproximate() const override { return calibration_.refine; }
 
  private:
