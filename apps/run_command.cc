@@ -17,13 +17,14 @@
 #include "progress_bar.h"
 #include "run_options.h"
 #include "run_output.h"
+#include "sensor_use.h"
 
 namespace deepuav {
 namespace {
 
 /// What the command line says.
 struct RunArguments {
-  std::string dataset, out, camera, map, schedule = "threaded", log_level = "info";
+  std::string dataset, out, camera, map, schedule = "threaded", use = "auto", log_level = "info";
   bool localise_only = false;
   OptionArguments options;
   FrameRange range;
@@ -99,6 +100,7 @@ void Run(const RunArguments& arguments) {
         "option system.localise_only: expected places.vocabulary and looping.enabled with it, by "
         "which the map is found");
   const Schedule schedule = ParseSchedule(arguments.schedule);
+  CheckSensorList(arguments.use);
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
@@ -118,6 +120,8 @@ void Run(const RunArguments& arguments) {
     slam.Load(std::move(loaded->atlas));
   }
 
+  SensorUse sensors = ReadSensorsUsed(arguments.use, *dataset);
+  slam.UseSensors(std::move(sensors.streams));
   CatchSignals();
   RunFacts facts{AbsolutePath(arguments.dataset),
                  dataset->Kind(),
@@ -134,7 +138,9 @@ void Run(const RunArguments& arguments) {
                  OptionTexts(registry),
                  OptionsAsYaml(registry),
                  origin,
-                 first_new_keyframe};
+                 first_new_keyframe,
+                 arguments.use,
+                 std::move(sensors.facts)};
   std::optional<ProgressBar> bar(images.count());
   const auto show_progress = [&](const FrameRecord& record) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
@@ -179,6 +185,10 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
       .add_flag("--localise-only", arguments.localise_only,
                 "Find the frames in these maps and leave them as they are")
       ->needs("--map");
+  command
+      .add_option("--use", arguments.use,
+                  "Sensors: auto (all that are there), or some of camera,gnss,barometer")
+      ->capture_default_str();
   command.add_option("--start", arguments.range.start, "First frame, from 0")
       ->check(CLI::Range(0, kMaxFrame).description(""))
       ->capture_default_str();

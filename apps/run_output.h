@@ -8,6 +8,7 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/io/map_origin.h"
 #include "deepuav/system/slam.h"
+#include "sensor_use.h"
 #include "shipped_models.h"
 
 namespace deepuav {
@@ -26,13 +27,17 @@ struct RunFacts {
   std::string options_yaml;  ///< The same, for a person and for --config.
   MapOrigin map_origin;
   KeyframeId first_new_keyframe;  ///< Keyframes before it come from maps that were loaded.
+  std::string use;                ///< Sensors, as asked for.
+  std::vector<SensorFacts> sensors;
 };
 
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
 /// frames.csv, timings.csv, options.yaml, summary.json. The first three hold the map in which most
 /// frames lie; the frames of another map N go into trajectory-map-N.txt. Maps are numbered as in
-/// map.deepuav; keyframes are those of this run. Each file appears only once it is complete. Throws
-/// Error naming the first file that could not be written, after all others.
+/// map.deepuav; keyframes are those of this run. Where the first map is georeferenced its path is
+/// written as trajectory.geojson, trajectory.kml and trajectory.gpx, too. Each file appears only
+/// once it is complete. Throws Error naming the first file that could not be written, after all
+/// others.
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts);
 

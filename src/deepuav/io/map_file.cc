@@ -16,6 +16,7 @@ constexpr uint32_t kVersion = 2;
 constexpr SectionKind kAtlas = {'A', 'T', 'L', 'S'};
 constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
 constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
+constexpr SectionKind kGauges = {'G', 'A', 'U', 'G'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -38,6 +39,7 @@ class AtlasReader {
       }
       loaded.atlas.Add(Map::Restore(std::move(state)));
     }
+    if (sections_.NextIs(kGauges)) ReadGauges(&loaded.atlas);
     sections_.ExpectEnd();
     CheckCounter(head_.ids.keyframes, "keyframe");
     CheckCounter(head_.ids.landmarks, "landmark");
@@ -58,6 +60,14 @@ class AtlasReader {
     }
     CheckIds(state);
     return state;
+  }
+
+  void ReadGauges(Atlas* atlas) {
+    for (const auto& [map, gauge] : GetGauges(sections_.Read(kGauges))) {
+      if (map.value < 0 || map >= atlas->NextMap())
+        throw Error("map {} has a gauge: expected one of {} maps", map.value, head_.maps);
+      atlas->ChangeGauge(map, Sim3(), gauge);
+    }
   }
 
   void CheckIds(const MapState& state) {
@@ -130,6 +140,19 @@ std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
   return numbers;
 }
 
+namespace {
+
+std::map<MapId, Gauge> GaugesInFile(const Atlas& atlas) {
+  std::map<MapId, Gauge> gauges;
+  for (const auto& [map, number] : NumbersInFile(atlas)) {
+    const Gauge gauge = atlas.GaugeOf(map);
+    if (gauge.kind != GaugeKind::kFree) gauges[{number}] = gauge;
+  }
+  return gauges;
+}
+
+}  // namespace
+
 void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,
                   const MapOrigin& origin) {
   SectionWriter sections(file, kMagic, kVersion);
@@ -150,6 +173,10 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
       PutFeatures(keyframe.id, keyframe.features(), &bytes);
       write(kFeatures);
     });
+  }
+  if (const auto gauges = GaugesInFile(atlas); !gauges.empty()) {
+    PutGauges(gauges, &bytes);
+    write(kGauges);
   }
   sections.Commit();
 }

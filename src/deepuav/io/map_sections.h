@@ -31,6 +31,10 @@ void PutMap(const Map& map, MapId id, const std::map<KeyframeId, std::string>& i
 /// Adds the names of this map's images to `image_names`.
 MapState GetMap(std::string_view content, std::map<KeyframeId, std::string>* image_names);
 
+/// What the maps' worlds mean, by the maps' numbers in the file; of those that are not free.
+void PutGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
+std::map<MapId, Gauge> GetGauges(std::string_view content);
+
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
 Features GetFeatures(KeyframeId keyframe, std::string_view content);

@@ -52,6 +52,8 @@ class SectionReader {
 
   /// The content of the next section, which must be of that kind; valid until the next call.
   std::string_view Read(const SectionKind& kind);
+  /// Whether the next section is of that kind.
+  bool NextIs(const SectionKind& kind);
   /// Throws Error unless the file ends here.
   void ExpectEnd();
 

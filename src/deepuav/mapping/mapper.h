@@ -14,6 +14,7 @@
 #include "deepuav/mapping/fusion.h"
 #include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
+#include "deepuav/mapping/map_factors.h"
 
 namespace deepuav {
 
@@ -85,9 +86,14 @@ class Mapper {
   GlobalAdjustment PrepareAdjustment(MapId map) const;
 
   /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
-  /// guess. `stop`, if given, is asked between the steps.
+  /// guess. `stop`, if given, is asked between the steps. `factors`, if given, are what other
+  /// sensors say of its keyframes, in its gauge.
   void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
-                      const std::function<bool()>& stop = nullptr);
+                      const std::function<bool()>& stop = nullptr,
+                      const MapFactors* factors = nullptr);
+
+  /// Gives a map's world another meaning: moves all of it.
+  void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
 
  private:
   struct YoungLandmark {

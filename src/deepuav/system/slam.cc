@@ -38,6 +38,7 @@ void SystemOptions::Check() const {
   tracking.Check();
   mapping.Check();
   looping.Check();
+  sensors.Check();
 }
 
 void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
@@ -73,9 +74,23 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
   registry->Add("looping.verifier.sim3", &looping.verifier.sim3);
   registry->Add("looping.essential_graph", &looping.essential_graph);
   registry->Add("looping.essential_graph.pose_graph", &looping.essential_graph.pose_graph);
+  SensorOptions& sensors = options->sensors;
+  registry->Add("sensors", &sensors);
+  registry->Add("sensors.gnss", &sensors.gnss);
+  registry->Add("sensors.barometer", &sensors.barometer);
+  registry->Add("sensors.georeference", &sensors.georeference);
 }
 
 namespace {
+
+/// The maps, those with most keyframes first: the largest knows the camera best.
+std::vector<MapId> ByKeyframes(const Atlas& atlas) {
+  std::vector<MapId> maps = atlas.Remaining();
+  std::stable_sort(maps.begin(), maps.end(), [&atlas](MapId a, MapId b) {
+    return atlas.At(a).KeyframeCount() > atlas.At(b).KeyframeCount();
+  });
+  return maps;
+}
 
 TrackingOptions TrackingIn(const SystemOptions& options) {
   TrackingOptions tracking = options.tracking;
@@ -305,16 +320,33 @@ void Slam::ThinOld(std::vector<FrameRecord>* records) const {
 void Slam::AdjustAll(const std::function<bool()>& stop) {
   back_end_.DropAdjustment();
   if (!options_.adjust_at_end || options_.localise_only) return;
-  std::vector<MapId> maps = atlas_.Remaining();
-  std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
-    return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
-  });
-  for (MapId map : maps) {
-    // The largest map knows best.
-    const bool refine = options_.refine_focal && camera_.distortion.empty() && map == maps.front();
+  for (MapId map : ByKeyframes(atlas_)) {
+    const bool refine = RefinesFocalIn(map);
     mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
     if (stop()) break;
+  }
+}
+
+bool Slam::RefinesFocalIn(MapId map) const {
+  return options_.refine_focal && camera_.distortion.empty() && map == ByKeyframes(atlas_).front();
+}
+
+void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
+  if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
+  const StageScope stage(&clock_, "georeference");
+  Georeferencing georeferencing(sensors_, options_.sensors, &mapper_, &atlas_);
+  for (MapId map : ByKeyframes(atlas_)) {
+    if (stop()) break;
+    if (atlas_.GaugeOf(map).kind == GaugeKind::kGeoreferenced) continue;  // By an earlier run.
+    GeoreferenceReport& report = result->georeferences[map];
+    report = georeferencing.Apply(map, result->frames, &camera_.pinhole, RefinesFocalIn(map), stop);
+    if (report.found) {
+      Log().info("map {} is georeferenced by {} of {} fixes, {:.2f} m from its path", map.value,
+                 report.used, report.fixes, report.horizontal_rms_m);
+    } else {
+      Log().warn("map {} is not georeferenced: {}", map.value, report.reason);
+    }
   }
 }
 
@@ -350,6 +382,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
     }
   };
   attempt([&] { AdjustAll(stop); });
+  attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
 }
 
