@@ -104,6 +104,7 @@ void Run(const RunArguments& arguments) {
 
   const auto dataset = OpenDataset(arguments.dataset, {arguments.camera});
   DatasetImages images(dataset.get(), arguments.range);
+  SensorUse sensors = ReadSensorsUsed(arguments.use, *dataset);
   MakeOutputFolder(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
   if (dataset->CalibrationIsApproximate()) options.system.refine_focal = true;
@@ -120,7 +121,6 @@ void Run(const RunArguments& arguments) {
     slam.Load(std::move(loaded->atlas));
   }
 
-  SensorUse sensors = ReadSensorsUsed(arguments.use, *dataset);
   slam.UseSensors(std::move(sensors.streams));
   CatchSignals();
   RunFacts facts{AbsolutePath(arguments.dataset),
