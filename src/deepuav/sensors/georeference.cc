@@ -20,7 +20,8 @@ constexpr double kDegree = M_PI / 180;
 constexpr uint64_t kSeed = 27;
 constexpr int kHypotheses = 300;
 constexpr size_t kMostJudged = 400;  // Positions that judge a hypothesis.
-constexpr double kMuchWorse = 2;     // Over the other median: no matter of noise.
+constexpr double kSameSpread = 0.01, kSameOffset_s = 1e-6;
+constexpr double kMuchWorse = 2;  // Over the other median: no matter of noise.
 constexpr int kMaxRounds = 30, kMaxSteps = 20;
 constexpr double kConverged = 1e-10;
 constexpr double kMedianOfChi3 = 1.538;  // Median length of a vector of three standard normals.
@@ -267,12 +268,14 @@ class RobustFit {
     found_.horizontal_ratio = found_.vertical_ratio = Believed(ratio);
     for (int round = 0; round < kMaxRounds; ++round) {
       const std::vector<uint8_t> before = found_.outlier;
+      const Eigen::Vector3d ratios_before = Ratios();
       MarkOutliers(estimate);
       if (found_.used() < options_.min_fixes) return {std::nullopt, TooFew()};
       estimate = Refine(estimate);
       const double shift_s = std::exchange(estimate.clock_shift_s, 0);
       PlaceAt(found_.clock_offset_s + shift_s);
-      if (before == found_.outlier && std::abs(shift_s) < 1e-6) break;
+      const bool spreads_alike = Ratios().isApprox(ratios_before, kSameSpread);
+      if (before == found_.outlier && spreads_alike && std::abs(shift_s) < kSameOffset_s) break;
     }
     Conclude(estimate);
     return Judge();
