@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/io/colmap_model.h"
+#include "deepuav/io/geo_trajectory.h"
 #include "deepuav/io/las_file.h"
 #include "deepuav/io/map_export.h"
 #include "deepuav/io/map_file.h"
@@ -48,17 +49,39 @@ struct ExportFormat {
   void (*write)(const fs::path& out, const Map& map, const LoadedAtlas& loaded);
 };
 
-constexpr std::array<ExportFormat, 4> kFormats = {{
+/// The keyframes' path on Earth. Throws Error where the map has no place there.
+template <typename Write>
+void WriteOnEarth(const fs::path& out, const Map& map, const LoadedAtlas& loaded, Write write) {
+  const Gauge gauge = loaded.atlas.GaugeOf(map.id());
+  if (gauge.kind == GaugeKind::kFree) {
+    throw Error("map {}: has no place on Earth: expected one that was made with position fixes",
+                map.id().value);
+  }
+  write(out, gauge.origin, KeyframeTrajectory(map));
+}
+
+constexpr std::array<ExportFormat, 7> kFormats = {{
     {"ply", [](const fs::path& out, const Map& map,
                const LoadedAtlas&) { WritePly(out, LandmarkPoints(map)); }},
-    {"las", [](const fs::path& out, const Map& map,
-               const LoadedAtlas&) { WriteLas(out, LandmarkPoints(map)); }},
+    {"las",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
+       const Gauge gauge = loaded.atlas.GaugeOf(map.id());
+       if (gauge.kind == GaugeKind::kFree) return WriteLas(out, LandmarkPoints(map));
+       const UtmZone zone = UtmZoneOf(gauge.origin);
+       WriteLas(out, LandmarkPointsInUtm(map, gauge.origin, zone), zone.Epsg());
+     }},
     {"colmap",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
        WriteColmapModel(out, map, loaded.camera, loaded.origin.image_names);
      }},
     {"tum", [](const fs::path& out, const Map& map,
                const LoadedAtlas&) { WriteTrajectory(out, KeyframeTrajectory(map)); }},
+    {"geojson", [](const fs::path& out, const Map& map,
+                   const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteGeoJson); }},
+    {"kml", [](const fs::path& out, const Map& map,
+               const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteKml); }},
+    {"gpx", [](const fs::path& out, const Map& map,
+               const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteGpx); }},
 }};
 
 std::vector<std::string> FormatNames() {
@@ -127,7 +150,8 @@ void AddExportCommand(CLI::App& app) {
   command->add_option("FILE", arguments->file, "A map.deepuav")->required();
   command
       ->add_option("--format", arguments->format,
-                   "ply, las: landmarks; colmap: a text model; tum: poses of the keyframes")
+                   "ply, las: landmarks; colmap: a text model; tum, geojson, kml, gpx: path of the "
+                   "keyframes")
       ->required()
       ->check(CLI::IsMember(FormatNames()));
   command

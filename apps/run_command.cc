@@ -21,13 +21,14 @@
 #include "run_options.h"
 #include "run_output.h"
 #include "sample_calibration.h"
+#include "sensor_use.h"
 
 namespace deepuav {
 namespace {
 
 /// What the command line says.
 struct RunArguments {
-  std::string dataset, out, camera, map, schedule = "threaded", log_level = "info";
+  std::string dataset, out, camera, map, schedule = "threaded", use = "auto", log_level = "info";
   bool localise_only = false;
   OptionArguments options;
   FrameRange range;
@@ -119,10 +120,12 @@ void Run(const RunArguments& arguments) {
         "option system.localise_only: expected places.vocabulary and looping.enabled with it, by "
         "which the map is found");
   const Schedule schedule = ParseSchedule(arguments.schedule);
+  CheckSensorList(arguments.use);
 
   options.images.camera_file = arguments.camera;
   const auto dataset = OpenDataset(arguments.dataset, options.images);
   DatasetImages images(dataset.get(), arguments.range);
+  SensorUse sensors = ReadSensorsUsed(arguments.use, *dataset);
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
@@ -160,7 +163,9 @@ void Run(const RunArguments& arguments) {
                  OptionsAsYaml(registry),
                  origin,
                  first_new_keyframe,
-                 {}};
+                 {},
+                 arguments.use,
+                 std::move(sensors.facts)};
   std::optional<ProgressBar> bar(images.count());
   const auto advance = [&](FrameId frame, const std::string& state) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();
@@ -171,12 +176,13 @@ void Run(const RunArguments& arguments) {
   if (is_survey) {
     SurveyRun survey = RunSurvey(
         camera, dataset->Calibration().focal_sigma, options.system, eyes.perception(), &images,
-        [&](FrameId frame) { advance(frame, "features"); }, stop);
+        [&](FrameId frame) { advance(frame, "features"); }, stop, sensors.streams);
     outcome = {std::move(survey.result), std::move(survey.outcome.atlas),
                std::move(survey.outcome.camera), survey.outcome.lens_sigmas};
   } else {
     Slam slam(camera, options.system, eyes.perception());
     if (loaded) slam.Load(std::move(loaded->atlas));
+    slam.UseSensors(std::move(sensors.streams));
     outcome.result = slam.Run(
         &images, schedule,
         [&](const FrameRecord& record) {
@@ -224,6 +230,10 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
       .add_flag("--localise-only", arguments.localise_only,
                 "Find the frames in these maps and leave them as they are")
       ->needs("--map");
+  command
+      .add_option("--use", arguments.use,
+                  "Sensors: auto (all that are there), or some of camera,gnss,barometer")
+      ->capture_default_str();
   command.add_option("--start", arguments.range.start, "First frame, from 0")
       ->check(CLI::Range(0, kMaxFrame).description(""))
       ->capture_default_str();

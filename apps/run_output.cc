@@ -4,12 +4,14 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/geo_trajectory.h"
 #include "deepuav/io/map_export.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/point_cloud.h"
@@ -102,6 +104,51 @@ int CountTrackedOnline(const SlamResult& result) {
       [](const FrameRecord& record) { return record.located() && record.tracked_online; }));
 }
 
+Json SensorTable(const RunFacts& facts) {
+  Json table = {{"use", facts.use}, {"found", Json::array()}};
+  for (const SensorFacts& sensor : facts.sensors) {
+    Json row = {{"sensor", sensor.name},
+                {"source", sensor.source},
+                {"samples", sensor.samples},
+                {"used", sensor.used}};
+    if (!sensor.used) row["reason"] = sensor.note;
+    table["found"].push_back(std::move(row));
+  }
+  return table;
+}
+
+/// Of a map: what its world means and how it came to it.
+Json GaugeTable(const Gauge& gauge, const GeoreferenceReport* report) {
+  const bool is_free = gauge.kind == GaugeKind::kFree;
+  Json table = {{"kind", is_free ? "free" : "georeferenced"}};
+  if (!is_free) {
+    table["origin"] = {{"latitude_deg", gauge.origin.latitude_deg},
+                       {"longitude_deg", gauge.origin.longitude_deg},
+                       {"altitude_m", gauge.origin.altitude_m}};
+    table["scale_sigma"] = gauge.scale_sigma;
+  }
+  if (!report) return table;
+  if (!report->found) {
+    table["reason"] = report->reason;
+    return table;
+  }
+  const Georeference& found = *report->found;
+  table["fixes"] = {{"on_path", report->fixes},
+                    {"used", report->used},
+                    {"horizontal_rms_m", report->horizontal_rms_m},
+                    {"vertical_rms_m", report->vertical_rms_m},
+                    {"spread_over_stated", found.horizontal_ratio}};
+  table["turn_sigma_deg"] = found.turn_sigma_rad() * 180 / M_PI;
+  table["clock_offset_s"] = found.clock_offset_s;
+  table["barometer_steps"] = report->height_steps;
+  return table;
+}
+
+const GeoreferenceReport* ReportOf(const SlamResult& result, MapId map) {
+  const auto found = result.georeferences.find(map);
+  return found == result.georeferences.end() ? nullptr : &found->second;
+}
+
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
   const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
@@ -112,7 +159,8 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
     maps.push_back({{"id", numbers.at(id)},
                     {"keyframes", map.KeyframeCount()},
                     {"landmarks", map.LandmarkCount()},
-                    {"frames", count}});
+                    {"frames", count},
+                    {"gauge", GaugeTable(atlas.GaugeOf(id), ReportOf(result, id))}});
     located += count;
   }
   const MapId main = MainMap(frames);
@@ -134,6 +182,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
             {"lost", processed - located}}},
           {"main_map", main.valid() ? numbers.at(main) : main.value},
           {"maps", maps},
+          {"sensors", SensorTable(facts)},
           {"features", facts.features},
           {"matcher", facts.matcher},
           {"vocabulary", facts.vocabulary},
@@ -175,6 +224,23 @@ void RemoveMapTrajectories(const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : found) std::filesystem::remove(file);
 }
 
+/// Those of an earlier run would be taken for this one's where this map has no place on Earth.
+void WriteGeoTrajectories(const std::filesystem::path& folder, const Gauge& gauge,
+                          const Trajectory& path) {
+  constexpr std::pair<const char*,
+                      void (*)(const std::filesystem::path&, const GeoPoint&, const Trajectory&)>
+      kFiles[] = {{"trajectory.geojson", WriteGeoJson},
+                  {"trajectory.kml", WriteKml},
+                  {"trajectory.gpx", WriteGpx}};
+  for (const auto& [name, write] : kFiles) {
+    if (gauge.kind == GaugeKind::kGeoreferenced) {
+      write(folder / name, gauge.origin, path);
+    } else {
+      std::filesystem::remove(folder / name);
+    }
+  }
+}
+
 }  // namespace
 
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
@@ -193,6 +259,10 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
     WriteTrajectory(
         folder / "keyframes.txt",
         main.valid() ? KeyframeTrajectory(atlas.At(main), facts.first_new_keyframe) : Trajectory{});
+  });
+  attempt([&] {
+    WriteGeoTrajectories(folder, main.valid() ? atlas.GaugeOf(main) : Gauge{},
+                         FrameTrajectory(result, main));
   });
   attempt([&] { RemoveMapTrajectories(folder); });
   for (const auto& [map, number] : NumbersInFile(atlas)) {

@@ -9,6 +9,7 @@
 #include "deepuav/io/map_origin.h"
 #include "deepuav/system/slam.h"
 #include "found_calibration.h"
+#include "sensor_use.h"
 #include "shipped_models.h"
 
 namespace deepuav {
@@ -28,13 +29,17 @@ struct RunFacts {
   MapOrigin map_origin;
   KeyframeId first_new_keyframe;  ///< Keyframes before it come from maps that were loaded.
   FoundCalibration calibration;
+  std::string use;  ///< Sensors, as asked for.
+  std::vector<SensorFacts> sensors;
 };
 
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
 /// frames.csv, timings.csv, options.yaml, camera.yaml, summary.json. The first three hold the map
 /// in which most frames lie; the frames of another map N go into trajectory-map-N.txt. Maps are
-/// numbered as in map.deepuav; keyframes are those of this run. Each file appears only once it is
-/// complete. Throws Error naming the first file that could not be written, after all others.
+/// numbered as in map.deepuav; keyframes are those of this run. Where the first map is
+/// georeferenced its path is written as trajectory.geojson, trajectory.kml and trajectory.gpx, too.
+/// Each file appears only once it is complete. Throws Error naming the first file that could not be
+/// written, after all others.
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts);
 

@@ -155,7 +155,9 @@ class Usage(CommandTest):
                                  (["eval"], "TRUTH"), ([*run, "--nonsense"], "--nonsense"),
                                  ([*run, "--stride", "0"], "--stride"), ([*run, "--start", "-1"], "--start"),
                                  ([*run, "--end", "-2"], "--end"), ([*run, "--end", "x"], "--end"),
-                                 ([*run, "--schedule", "later"], "later"), ([*run, "--log-level", "loud"], "loud"),
+                                 ([*run, "--schedule", "later"], "later"), ([*run, "--use", "camera,radar"], "radar"),
+                                 ([*run, "--use", "gnss"], "camera"), ([*run, "--use", "camera,barometer"], "gnss"),
+                                 ([*run, "--log-level", "loud"], "loud"),
                                  (["eval", SCRATCH, __file__, "--rpe-delta", "0"], "above 0"),
                                  (["eval", SCRATCH, __file__, "--start", "-1"], "at least 0"),
                                  (["eval", SCRATCH, __file__, "--align", "so3"], "so3")):
@@ -287,6 +289,10 @@ class WrongInput(CommandTest):
             with self.subTest(arguments=arguments):
                 self.expect_failure(call(*arguments, cwd=self.folder), "--out", "is '-': expected a path", status=WRONG_USE)
         self.assertFalse((self.folder / "-").exists())
+
+    def test_no_sensor(self):
+        dataset = data.small_euroc(self.folder / "dataset")
+        self.expect_failure(call("run", dataset, "--out", self.out, "--use", "camera,gnss"), "has no gnss")
 
     def test_no_network(self):
         dataset = data.small_euroc(self.folder / "dataset")

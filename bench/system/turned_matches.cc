@@ -110,12 +110,10 @@ std::array<int, 4> CountInliers(const Photograph& a, const Photograph& b,
 }
 
 void Compare(Dataset* dataset, const std::string& model, int split, double max_distance_m) {
-  std::vector<TimedFix> fixes;
-  for (int i = 0; i < dataset->size(); ++i) {
-    const auto fix = dataset->Fix(i);
-    if (!fix) throw Error("{}: no position", dataset->Name(i));
-    fixes.push_back({dataset->Time(i), *fix});
-  }
+  const std::vector<GnssFix> fixes = dataset->ReadSensors().gnss.fixes;
+  if (std::ssize(fixes) != dataset->size())
+    throw Error("{} of {} photographs have a position: expected all", fixes.size(),
+                dataset->size());
   const Trajectory trajectory = LocalTrajectory(fixes, false);
   const std::vector<Photograph> photographs = Describe(dataset, model);
 

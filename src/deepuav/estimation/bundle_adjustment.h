@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/estimation/camera_factors.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/se3.h"
@@ -27,6 +28,7 @@ struct BundleProblem {
       camera_fixed;  ///< One per camera. Without two fixed ones the gauge is held by damping.
   std::vector<Eigen::Vector3d> landmarks_world;
   std::vector<BundleObservation> observations;
+  CameraFactors factors;  ///< What other sensors say of the cameras.
   /// Radial distortion k1, k2 of the observed pixels about (cx, cy), refined with the focal length
   /// where the options say so: px = centre + f (1 + k1 r^2 + k2 r^4) (x/z, y/z).
   double k1 = 0, k2 = 0;

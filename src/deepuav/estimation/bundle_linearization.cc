@@ -95,6 +95,10 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
           weight * camera_jacobian.transpose() * jacobian;
     }
   }
+  camera_pair = structure.camera_pairs;
+  CameraFactorLinearization(structure.free_of_camera)
+      .Compute(structure.factors, state.cam_from_world, &camera_camera, &camera_gradient,
+               &camera_pair);
   if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
   if (refined.radial) AddPrior(structure.radial_prior, state.camera.k1, state.camera.k2);
 }
@@ -119,7 +123,8 @@ double BundleCost(const BundleStructure& structure, const BundleState& state,
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
   const double radial_1 = structure.radial_prior.per_k1_sigma * state.camera.k1;
   const double radial_2 = structure.radial_prior.per_k2_sigma * state.camera.k2;
-  double cost = prior * prior + radial_1 * radial_1 + radial_2 * radial_2;
+  double cost = prior * prior + radial_1 * radial_1 + radial_2 * radial_2 +
+                CameraFactorCost(structure.factors, state.cam_from_world);
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
         poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];

@@ -30,6 +30,7 @@ struct BundleLinearization {
   std::vector<Vector6d> camera_gradient;
   std::vector<Eigen::Matrix3d> landmark_landmark;  ///< By group.
   std::vector<Eigen::Vector3d> landmark_gradient;
+  std::vector<CameraPairBlock> camera_pair;  ///< By the structure's pairs.
   std::vector<Matrix63d> camera_landmark;  ///< By grouped observation; undefined for fixed cameras.
 
   bool has_calibration = false;
@@ -43,9 +44,9 @@ struct BundleLinearization {
   void AddPrior(const RadialPrior& prior, double k1, double k2);
 };
 
-/// Sum of the Huber losses of the grouped observations and of the priors' losses. An error above 45
-/// degrees, or a landmark behind the camera, costs as much as 45 degrees and has no part in the
-/// linearisation: it is an outlier of the step.
+/// Sum of the Huber losses of the grouped observations, of the factors and of the priors' losses.
+/// An error above 45 degrees, or a landmark behind the camera, costs as much as 45 degrees and has
+/// no part in the linearisation: it is an outlier of the step.
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss);
 

@@ -45,6 +45,7 @@ void CheckBundleProblem(const BundleProblem& problem) {
   }
   const int cameras = static_cast<int>(problem.cam_from_world.size());
   const int landmarks = static_cast<int>(problem.landmarks_world.size());
+  CheckCameraFactors(problem.factors, cameras);
   for (size_t i = 0; i < problem.observations.size(); ++i) {
     const BundleObservation& o = problem.observations[i];
     if (o.camera < 0 || o.camera >= cameras || o.landmark < 0 || o.landmark >= landmarks) {
@@ -69,7 +70,7 @@ BundleStructure::BundleStructure(const BundleProblem& problem) {
     return group_of_landmark[o.landmark] >= 0 && UsableObservation(o);
   };
 
-  std::vector<int> free_of_camera(problem.cam_from_world.size(), -1);
+  free_of_camera.assign(problem.cam_from_world.size(), -1);
   for (const BundleObservation& o : problem.observations) {
     if (takes_part(o) && !problem.camera_fixed[o.camera]) free_of_camera[o.camera] = 0;
   }
@@ -78,6 +79,9 @@ BundleStructure::BundleStructure(const BundleProblem& problem) {
     free_of_camera[i] = free_cameras();
     camera_of_free.push_back(static_cast<int>(i));
   }
+
+  factors = problem.factors;
+  camera_pairs = CameraPairs(factors, free_of_camera);
 
   group_begin = BinBegins(group_sizes);
   observations.resize(group_begin.back());

@@ -49,6 +49,9 @@ struct BundleStructure {
   std::vector<int> camera_observations, camera_begin;
   FocalPrior focal_prior;
   RadialPrior radial_prior;
+  std::vector<int> free_of_camera;  ///< By camera; -1 for one that does not move.
+  CameraFactors factors;
+  std::vector<CameraPairBlock> camera_pairs;  ///< Free cameras that share a factor, zero blocks.
 };
 
 /// Throws Error for sizes that do not fit, indices out of range, or poses and a calibration that

@@ -36,6 +36,7 @@ void ReducedCameraSystem::FindPattern() {
   slot_of_row_.assign(cameras, -1);
   std::vector<int>& rows = pattern_.rows;
   std::vector<int> marked_for(cameras, -1);
+  size_t next_pair = 0;  // They come by column.
   for (int i = 0; i < cameras; ++i) {
     marked_for[i] = i;
     rows.push_back(i);
@@ -48,6 +49,13 @@ void ReducedCameraSystem::FindPattern() {
         marked_for[row] = i;
         rows.push_back(row);
       }
+    }
+    for (; next_pair < structure_.camera_pairs.size() &&
+           structure_.camera_pairs[next_pair].column == i;
+         ++next_pair) {
+      const int row = structure_.camera_pairs[next_pair].row;
+      if (marked_for[row] != i) rows.push_back(row);
+      marked_for[row] = i;
     }
     std::sort(rows.begin() + pattern_.begin[i], rows.end());
     pattern_.begin.push_back(static_cast<int>(rows.size()));
@@ -124,9 +132,10 @@ void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& lineari
   const int blocks = pattern_.blocks(camera);
   for (int slot = 0; slot < blocks; ++slot)
     slot_of_row_[pattern_.rows[pattern_.begin[camera] + slot]] = slot;
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> column(
-      matrix_.valuePtr() + 36 * static_cast<size_t>(pattern_.begin[camera]), 6 * blocks, 6);
+  BlockColumn column(matrix_.valuePtr() + 36 * static_cast<size_t>(pattern_.begin[camera]),
+                     6 * blocks, 6);
   column.topRows<6>() = Damped(linearization.camera_camera[camera], damping);
+  AddPairs(linearization, camera, &column);
   Vector6d gradient = linearization.camera_gradient[camera];
   Matrix6dCalibration border = Matrix6dCalibration::Zero();
   if (linearization.has_calibration) border = linearization.camera_calibration[camera];
@@ -154,6 +163,16 @@ void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& lineari
   }
   right_.block<6, 1>(6 * camera, 0) = gradient;
   right_.block<6, kCalibrationParameters>(6 * camera, 1) = border;
+}
+
+void ReducedCameraSystem::AddPairs(const BundleLinearization& linearization, int camera,
+                                   BlockColumn* column) const {
+  const auto& pairs = linearization.camera_pair;
+  auto pair = std::lower_bound(
+      pairs.begin(), pairs.end(), camera,
+      [](const CameraPairBlock& block, int wanted) { return block.column < wanted; });
+  for (; pair != pairs.end() && pair->column == camera; ++pair)
+    column->middleRows<6>(6 * slot_of_row_[pair->row]) += pair->block;
 }
 
 void ReducedCameraSystem::EliminateFromCalibration(const BundleLinearization& linearization,

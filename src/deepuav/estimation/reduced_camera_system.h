@@ -41,12 +41,15 @@ class ReducedCameraSystem {
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
 
  private:
+  using BlockColumn = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>>;
   using Border = Eigen::Matrix<double, Eigen::Dynamic, 1 + kCalibrationParameters>;
 
   void FindPattern();
   void InvertLandmarks(const BundleLinearization& linearization, double damping);
   void EliminateLandmarks(const BundleLinearization& linearization, double damping);
   void EliminateFromCamera(const BundleLinearization& linearization, double damping, int camera);
+  /// What two cameras' factors put into the block column of the first.
+  void AddPairs(const BundleLinearization& linearization, int camera, BlockColumn* column) const;
   void EliminateFromCalibration(const BundleLinearization& linearization, double damping);
   bool SolveCameras(bool has_calibration);
   bool SolveCalibration(BundleStep* step);

@@ -53,13 +53,6 @@ int64_t RoundedNanoseconds(double seconds) {
   return static_cast<int64_t>(std::llround(seconds * kNanosecondsPerSecond));
 }
 
-TimedPose Interpolate(const TimedPose& before, const TimedPose& after, Timestamp time) {
-  const double ratio = SecondsBetween(before.time, time) / SecondsBetween(before.time, after.time);
-  const SE3 &first = before.world_from_cam, &second = after.world_from_cam;
-  return {time, SE3(first.rotation().slerp(ratio, second.rotation()),
-                    (1 - ratio) * first.translation() + ratio * second.translation())};
-}
-
 std::string RangeText(const Trajectory& trajectory, double offset_s) {
   if (trajectory.empty()) return "no poses";
   return fmt::format("{:.3f} to {:.3f} s", trajectory.front().time.seconds() + offset_s,
@@ -126,7 +119,7 @@ InterpolatedEstimate InterpolateAtTruth(const Trajectory& truth, const Trajector
       result.estimate.push_back(estimate[after]);
     } else if (after > 0 &&
                estimate[after].time.nanoseconds - estimate[after - 1].time.nanoseconds <= max_gap) {
-      result.estimate.push_back(Interpolate(estimate[after - 1], estimate[after], time));
+      result.estimate.push_back(InterpolatePose(estimate[after - 1], estimate[after], time));
     } else {
       continue;
     }

@@ -5,7 +5,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

@@ -1,7 +1,7 @@
 #include "deepuav/evaluation/ate.h"
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/lever_arm.h"
+#include "deepuav/sensors/lever_arm.h"
 
 namespace deepuav {
 namespace {
@@ -45,23 +45,6 @@ AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& es
   }
   result.statistics_m = ComputeStatistics(result.errors_m);
   return result;
-}
-
-Trajectory MoveTrajectory(const Sim3& new_from_old, const Trajectory& trajectory) {
-  Trajectory moved;
-  moved.reserve(trajectory.size());
-  for (const TimedPose& pose : trajectory) {
-    moved.push_back({pose.time, SE3(new_from_old.rotation() * pose.world_from_cam.rotation(),
-                                    new_from_old * pose.world_from_cam.translation())});
-  }
-  return moved;
-}
-
-std::vector<Eigen::Vector3d> Positions(const Trajectory& trajectory) {
-  std::vector<Eigen::Vector3d> positions;
-  positions.reserve(trajectory.size());
-  for (const TimedPose& pose : trajectory) positions.push_back(pose.world_from_cam.translation());
-  return positions;
 }
 
 }  // namespace deepuav

@@ -25,9 +25,4 @@ AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& es
                                    std::optional<AlignmentKind> kind, bool horizontal = false,
                                    const Eigen::Vector3d& antenna_cam_m = Eigen::Vector3d::Zero());
 
-/// The poses after their world moved by the similarity: positions scaled, orientations turned.
-Trajectory MoveTrajectory(const Sim3& new_from_old, const Trajectory& trajectory);
-
-std::vector<Eigen::Vector3d> Positions(const Trajectory& trajectory);
-
 }  // namespace deepuav

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

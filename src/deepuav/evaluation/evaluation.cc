@@ -7,8 +7,8 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/base/options.h"
-#include "deepuav/evaluation/lever_arm.h"
 #include "deepuav/evaluation/time_offset.h"
+#include "deepuav/sensors/lever_arm.h"
 
 namespace deepuav {
 namespace {

@@ -5,11 +5,11 @@
 #include <fstream>
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
 #include "deepuav/evaluation/packed_array.h"
 #include "deepuav/evaluation/page_files.h"
 #include "deepuav/evaluation/report_page.h"
 #include "deepuav/evaluation/report_plots.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/ate.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

@@ -5,9 +5,9 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/evaluation/evaluation_report.h"
-#include "deepuav/evaluation/lever_arm.h"
 #include "deepuav/evaluation/packed_array.h"
 #include "deepuav/io/map_file.h"
+#include "deepuav/sensors/lever_arm.h"
 
 namespace deepuav {
 namespace {

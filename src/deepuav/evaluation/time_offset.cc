@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/lever_arm.h"
+#include "deepuav/sensors/lever_arm.h"
 
 namespace deepuav {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/evaluation_report.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
-#include "deepuav/evaluation/lever_arm.h"
+#include "deepuav/sensors/lever_arm.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

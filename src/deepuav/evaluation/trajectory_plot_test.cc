@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/evaluation/evaluation_test_support.h"
 #include "deepuav/evaluation/plot_axes.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {

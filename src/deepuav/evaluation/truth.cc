@@ -1,15 +1,15 @@
 #include "deepuav/evaluation/truth.h"
 
 #include <GeographicLib/Geodesic.hpp>
-#include <GeographicLib/LocalCartesian.hpp>
-#include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/euroc_sensor.h"
 #include "deepuav/io/text_file.h"
+#include "deepuav/io/yaml_map.h"
 
 namespace deepuav {
 namespace {
@@ -18,6 +18,9 @@ constexpr const char* kCameraTruthFiles[] = {"groundtruth_cam0.csv", "groundtrut
 constexpr const char *kSensorsFolder = "mav0", *kCameraFolder = "cam0",
                      *kBodyTruthFile = "state_groundtruth_estimate0/data.csv",
                      *kReceiverFile = "gps0/data.csv", *kSensorFile = "sensor.yaml";
+constexpr const char *kSimulationFile = "simulation.yaml", *kSummaryFile = "summary.json",
+                     *kTrajectoryFile = "trajectory.txt";
+constexpr size_t kMaxSummaryBytes = size_t{64} << 20;
 constexpr const char* kKittiTimesFile = "times.txt";
 
 /// The file of times that goes with KITTI poses: beside them, or in the sequence's folder of
@@ -70,14 +73,14 @@ Trajectory ReadBodyTruth(const std::filesystem::path& sensors) {
   return trajectory;
 }
 
-bool HaveAltitudes(const std::vector<TimedFix>& fixes) {
-  return std::all_of(fixes.begin(), fixes.end(),
-                     [](const TimedFix& timed) { return timed.fix.altitude_m.has_value(); });
-}
-
-Truth TruthOfFixes(const std::vector<TimedFix>& fixes, bool has_altitude) {
+Truth TruthOfFixes(const std::vector<GnssFix>& fixes, bool has_altitude) {
   Truth truth;
   truth.trajectory = LocalTrajectory(fixes, has_altitude);
+  if (!fixes.empty()) {
+    const GnssFix& first = fixes.front();
+    truth.origin = {first.latitude_deg, first.longitude_deg,
+                    has_altitude ? first.altitude_m.value_or(0) : 0};
+  }
   truth.has_orientation = false;
   truth.has_altitude = has_altitude;
   truth.z_is_up = true;
@@ -97,12 +100,11 @@ Eigen::Vector3d AntennaInCamera(const std::filesystem::path& receiver_file) {
 }
 
 /// What carries a camera is not that fast; two logs in one file are, and a digit that was lost.
-void CheckReachable(const TimedFix& before, const TimedFix& after, const std::string& file) {
+void CheckReachable(const GnssFix& before, const GnssFix& after, const std::string& file) {
   constexpr double kFastest_m_s = 1000, kAlwaysNear_m = 100'000;
   double distance_m = 0;
-  GeographicLib::Geodesic::WGS84().Inverse(before.fix.latitude_deg, before.fix.longitude_deg,
-                                           after.fix.latitude_deg, after.fix.longitude_deg,
-                                           distance_m);
+  GeographicLib::Geodesic::WGS84().Inverse(before.latitude_deg, before.longitude_deg,
+                                           after.latitude_deg, after.longitude_deg, distance_m);
   const double seconds = SecondsBetween(before.time, after.time);
   if (distance_m <= kAlwaysNear_m || distance_m <= kFastest_m_s * seconds) return;
   throw Error(
@@ -111,7 +113,7 @@ void CheckReachable(const TimedFix& before, const TimedFix& after, const std::st
 }
 
 Truth ReadReceiver(const std::filesystem::path& file, bool use_altitude) {
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   for (size_t i = 1; i < fixes.size(); ++i) CheckReachable(fixes[i - 1], fixes[i], file.string());
   Truth truth = TruthOfFixes(fixes, use_altitude && HaveAltitudes(fixes));
   truth.has_own_clock = true;
@@ -120,7 +122,7 @@ Truth ReadReceiver(const std::filesystem::path& file, bool use_altitude) {
 }
 
 Truth ReadPhotographs(const std::filesystem::path& folder, bool use_altitude) {
-  const std::vector<TimedFix> fixes = ReadPhotographFixes(folder);
+  const std::vector<GnssFix> fixes = ReadPhotographFixes(folder);
   if (fixes.empty()) {
     throw Error(
         "{0}: found no truth, expected {1}, {2}, {3}/{4}, {3}/{5} or photographs with EXIF "
@@ -131,26 +133,38 @@ Truth ReadPhotographs(const std::filesystem::path& folder, bool use_altitude) {
   return TruthOfFixes(fixes, use_altitude && HaveAltitudes(fixes));
 }
 
-}  // namespace
-
-Trajectory LocalTrajectory(const std::vector<TimedFix>& fixes, bool use_altitude) {
-  const bool has_altitude = use_altitude && HaveAltitudes(fixes);
-  const auto altitude_m = [has_altitude](const GeoFix& fix) {
-    return has_altitude ? fix.altitude_m.value_or(0) : 0.0;
-  };
-  Trajectory trajectory;
-  if (fixes.empty()) return trajectory;
-  const GeoFix& origin = fixes.front().fix;
-  const GeographicLib::LocalCartesian local(origin.latitude_deg, origin.longitude_deg,
-                                            altitude_m(origin));
-  for (const TimedFix& timed : fixes) {
-    Eigen::Vector3d position_m;
-    local.Forward(timed.fix.latitude_deg, timed.fix.longitude_deg, altitude_m(timed.fix),
-                  position_m.x(), position_m.y(), position_m.z());
-    trajectory.push_back({timed.time, SE3(Eigen::Quaterniond::Identity(), position_m)});
-  }
-  return trajectory;
+/// Where on Earth a simulated flight's world lies.
+std::optional<GeoPoint> SimulatedOrigin(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / kSimulationFile;
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const YamlMap options = YamlMap::Read(file);
+  if (!options.Has("gnss")) return std::nullopt;
+  const YamlMap gnss = options.Map("gnss");
+  return GeoPoint{gnss.Number("origin_latitude_deg"), gnss.Number("origin_longitude_deg"),
+                  gnss.Number("origin_altitude_m")};
 }
+
+/// The origin that the summary beside a run's trajectory tells, if it was georeferenced.
+std::optional<GeoPoint> OriginOfRun(const std::filesystem::path& trajectory) {
+  const std::filesystem::path file = trajectory.parent_path() / kSummaryFile;
+  if (trajectory.filename() != kTrajectoryFile || !std::filesystem::exists(file))
+    return std::nullopt;
+  try {
+    const auto summary = nlohmann::json::parse(ReadBytes(file, kMaxSummaryBytes));
+    for (const auto& map : summary.at("maps")) {
+      if (map.at("id") != summary.at("main_map") || !map.contains("gauge")) continue;
+      if (!map.at("gauge").contains("origin")) return std::nullopt;
+      const auto& origin = map.at("gauge").at("origin");
+      return GeoPoint{origin.at("latitude_deg"), origin.at("longitude_deg"),
+                      origin.at("altitude_m")};
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw Error("{}: is no summary of a run: {}", file.string(), error.what());
+  }
+  return std::nullopt;
+}
+
+}  // namespace
 
 Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) {
   if (!std::filesystem::exists(path)) throw Error("{}: no such file or folder", path.string());
@@ -163,12 +177,13 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
   std::vector<std::filesystem::path> folders{path};
   if (is_sensors) folders.push_back(std::filesystem::absolute(path / "..").lexically_normal());
   for (const std::filesystem::path& folder : folders) {
-    for (const char* name : kCameraTruthFiles)
-      if (std::filesystem::exists(folder / name)) {
-        Truth truth = ReadPoses(folder / name);
-        truth.z_is_up = std::filesystem::is_directory(sensors / kCameraFolder);
-        return truth;
-      }
+    for (const char* name : kCameraTruthFiles) {
+      if (!std::filesystem::exists(folder / name)) continue;
+      Truth truth = ReadPoses(folder / name);
+      truth.origin = SimulatedOrigin(folder);
+      truth.z_is_up = std::filesystem::is_directory(sensors / kCameraFolder);
+      return truth;
+    }
   }
   if (std::filesystem::exists(sensors / kBodyTruthFile))
     return {.trajectory = ReadBodyTruth(sensors), .z_is_up = true};
@@ -178,7 +193,12 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
 }
 
 Trajectory LoadEstimate(const std::filesystem::path& file, const Truth& truth) {
-  if (!HoldsKittiPoses(file)) return ReadTrajectory(file);
+  if (!HoldsKittiPoses(file)) {
+    const Trajectory estimate = ReadTrajectory(file);
+    const auto origin = truth.origin ? OriginOfRun(file) : std::nullopt;
+    if (!origin) return estimate;
+    return MoveTrajectory(Sim3(LocalFromLocal(*truth.origin, *origin)), estimate);
+  }
   if (std::optional<Trajectory> timed = TimedKittiPoses(file)) return *timed;
   Trajectory poses = ReadTrajectory(file);
   if (!truth.has_pose_numbers || poses.size() != truth.trajectory.size())

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
-#include "deepuav/io/dataset.h"
 #include "deepuav/io/gnss_file.h"
 #include "deepuav/io/trajectory.h"
+#include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {
 
@@ -18,11 +19,9 @@ struct Truth {
   bool has_pose_numbers = false;  ///< Of KITTI: its poses are told apart by their lines.
   bool z_is_up = false;           ///< Known to be; false where nothing says so.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();  ///< Whose positions they are.
+  std::optional<GeoPoint> origin =
+      std::nullopt;  ///< Of its metres east, north and up, where that is known.
 };
-
-/// The fixes in metres east, north and up of the first. Without `use_altitude`, or where any fix
-/// has no altitude, all are taken at the ellipsoid's height.
-Trajectory LocalTrajectory(const std::vector<TimedFix>& fixes, bool use_altitude);
 
 /// Which altitudes of fixes are used.
 struct TruthOptions {
@@ -40,8 +39,9 @@ struct TruthOptions {
 /// where a sensor.yaml with T_BS lies beside the file of fixes and in the folder cam0 beside that.
 /// Throws Error if there is no truth.
 Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options = {});
-/// Reads the poses to be judged. Those of KITTI without a times.txt have the times of a truth of
-/// KITTI with as many poses.
+/// Reads the poses to be judged, about the truth's origin where both places on Earth are known: a
+/// run tells its own in the summary.json beside its trajectory.txt. Those of KITTI without a
+/// times.txt have the times of a truth of KITTI with as many poses.
 Trajectory LoadEstimate(const std::filesystem::path& file, const Truth& truth);
 inline Truth LoadTruth(const std::filesystem::path& path, bool use_altitude) {
   return LoadTruth(path, TruthOptions{.altitude = use_altitude});

@@ -8,32 +8,10 @@
 #include <fstream>
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/evaluation_test_support.h"
+#include "support/flights.h"
 
 namespace deepuav {
 namespace {
-
-constexpr double kEquatorMetresPerDegree = 6378137.0 * M_PI / 180;
-
-TEST(LocalTrajectory, MetresEastAndNorthOfTheFirstFix) {
-  const Trajectory trajectory = LocalTrajectory({{AtSeconds(0), {0, 10, 0.0}},
-                                                 {AtSeconds(1), {0, 10.001, 0.0}},
-                                                 {AtSeconds(2), {0.001, 10, 5.0}}},
-                                                true);
-  EXPECT_LT(trajectory[0].world_from_cam.translation().norm(), 1e-9);
-  EXPECT_NEAR(trajectory[1].world_from_cam.translation().x(), 0.001 * kEquatorMetresPerDegree,
-              1e-3);
-  EXPECT_NEAR(trajectory[1].world_from_cam.translation().y(), 0, 1e-6);
-  // A degree of latitude at the equator is 110,574 m on WGS 84.
-  EXPECT_NEAR(trajectory[2].world_from_cam.translation().y(), 110.574, 2e-3);
-  EXPECT_NEAR(trajectory[2].world_from_cam.translation().z(), 5, 2e-3);
-}
-
-TEST(LocalTrajectory, OneMissingAltitudeLeavesAllOut) {
-  const Trajectory trajectory =
-      LocalTrajectory({{AtSeconds(0), {0, 0, 100.0}}, {AtSeconds(1), {0, 0, std::nullopt}}}, true);
-  EXPECT_NEAR(trajectory[1].world_from_cam.translation().z(), 0, 1e-6);
-}
 
 TEST(LoadTruth, TakesAFileOrTheFileInAFolder) {
   const auto folder = std::filesystem::temp_directory_path() / "deepuav_truth_test";
@@ -106,6 +84,45 @@ TEST(LoadTruth, KittiPosesTakeTheirTimesFromTimesTxt) {
   EXPECT_EQ(LoadEstimate(estimate, {})[1].time, AtSeconds(1));
   std::ofstream(folder / "poses/times.txt") << "5\n6.5\n";
   EXPECT_EQ(LoadTruth(poses).trajectory[1].time, AtSeconds(6.5)) << "beside the poses";
+  fs::remove_all(folder);
+}
+
+TEST(LoadEstimate, AGeoreferencedRunIsBroughtToTheTruthsOrigin) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / "deepuav_origin_test";
+  fs::create_directories(folder / "flight");
+  fs::create_directories(folder / "out");
+  const GeoPoint simulated{47.4, 8.5, 488}, run{47.401, 8.502, 500};
+  const Trajectory flight = MakeFlight(50, 10);
+  WriteTrajectory(folder / "flight/groundtruth.txt", flight);
+  std::ofstream(folder / "flight/simulation.yaml")
+      << "gnss:\n  origin_latitude_deg: 47.4\n  origin_longitude_deg: 8.5\n"
+         "  origin_altitude_m: 488\n";
+  const Sim3 run_from_simulated(LocalFromLocal(run, simulated));
+  const fs::path trajectory = folder / "out/trajectory.txt";
+  WriteTrajectory(trajectory, MoveTrajectory(run_from_simulated, flight));
+  const Truth truth = LoadTruth(folder / "flight");
+  ASSERT_TRUE(truth.origin);
+  const auto largest_error = [&] {
+    double largest = 0;
+    const Trajectory estimate = LoadEstimate(trajectory, truth);
+    for (size_t i = 0; i < flight.size(); ++i) {
+      largest = std::max(largest, (estimate[i].world_from_cam.translation() -
+                                   flight[i].world_from_cam.translation())
+                                      .norm());
+    }
+    return largest;
+  };
+  EXPECT_GT(largest_error(), 100);
+  std::ofstream(folder / "out/summary.json")
+      << R"({"main_map": 0, "maps": [{"id": 0, "gauge": {"kind": "georeferenced", "origin": )"
+      << R"({"latitude_deg": 47.401, "longitude_deg": 8.502, "altitude_m": 500}}}]})";
+  EXPECT_LT(largest_error(), 1e-4);
+  std::ofstream(folder / "out/summary.json")
+      << R"({"main_map": 0, "maps": [{"id": 0, "gauge": {"kind": "free"}}]})";
+  EXPECT_GT(largest_error(), 100);
+  std::ofstream(folder / "out/summary.json") << "{";
+  EXPECT_THROW(LoadEstimate(trajectory, truth), Error);
   fs::remove_all(folder);
 }
 

@@ -103,7 +103,7 @@ std::unique_ptr<Dataset> OpenDataset(const fs::path& path, const DatasetOptions&
   throw Error("{}: cannot be read: {}", error.path1().string(), error.code().message());
 }
 
-std::vector<TimedFix> ReadPhotographFixes(const fs::path& folder) try {
+std::vector<GnssFix> ReadPhotographFixes(const fs::path& folder) try {
   const FoundLayout found = FindLayout(folder);
   if (found.layout != Layout::kPhotographs) return {};
   return FixesOfPhotographs(found.images);

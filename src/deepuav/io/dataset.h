@@ -9,14 +9,9 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/image/image.h"
+#include "deepuav/sensors/streams.h"
 
 namespace deepuav {
-
-/// A position fix: WGS 84.
-struct GeoFix {
-  double latitude_deg = 0, longitude_deg = 0;
-  std::optional<double> altitude_m;
-};
 
 /// Where a calibration is from.
 struct CalibrationSource {
@@ -51,7 +46,8 @@ class Dataset {
   virtual GreyImage Load(int frame) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
-  virtual std::optional<GeoFix> Fix(int /*frame*/) const { return std::nullopt; }
+  /// Reads what its other sensors measured. Throws Error naming file and field.
+  virtual SensorStreams ReadSensors() const { return {}; }
   /// Where the calibration is from, and how far it is to be trusted.
   virtual CalibrationSource Calibration() const { return {}; }
   /// Whether the calibration is only where to start from, to be refined.

@@ -85,7 +85,7 @@ TEST_F(EurocTest, OpensTheFolderAboveAndMav0Itself) {
     EXPECT_EQ(dataset->camera().lens, LensModel::kRadialTangential);
     EXPECT_EQ(dataset->camera().rate_hz, 20);
     EXPECT_FALSE(dataset->CalibrationIsApproximate());
-    EXPECT_FALSE(dataset->Fix(0));
+    EXPECT_TRUE(dataset->ReadSensors().gnss.fixes.empty());
     ASSERT_TRUE(dataset->BodyFromCam());
     EXPECT_NEAR(dataset->BodyFromCam()->translation().y(), -0.064676986768, 1e-12);
     EXPECT_NEAR(dataset->BodyFromCam()->RotationMatrix()(0, 1), -0.999880929698, 1e-9);
@@ -351,14 +351,15 @@ TEST(RealDatasets, Open) {
   EXPECT_EQ(survey->size(), 172);
   EXPECT_TRUE(survey->CalibrationIsApproximate());
   EXPECT_NEAR(survey->camera().pinhole.fx, 462.25, 0.01);
-  ASSERT_TRUE(survey->Fix(0));
-  EXPECT_NEAR(survey->Fix(0)->latitude_deg, 28 + 2 / 60.0 + 28.5116 / 3600, 1e-9);
-  EXPECT_NEAR(survey->Fix(0)->longitude_deg, -(82 + 41 / 60.0 + 54.5072 / 3600), 1e-9);
+  const std::vector<GnssFix> fixes = survey->ReadSensors().gnss.fixes;
+  ASSERT_EQ(fixes.size(), 172u);
+  EXPECT_NEAR(fixes[0].latitude_deg, 28 + 2 / 60.0 + 28.5116 / 3600, 1e-9);
+  EXPECT_NEAR(fixes[0].longitude_deg, -(82 + 41 / 60.0 + 54.5072 / 3600), 1e-9);
   EXPECT_EQ(survey->Load(171).size(), cv::Size(800, 600));
   for (int i = 1; i < survey->size(); ++i) {
     EXPECT_GT(survey->Time(i), survey->Time(i - 1));
     EXPECT_GT(survey->Name(i), survey->Name(i - 1));
-    EXPECT_TRUE(survey->Fix(i)) << i;
+    EXPECT_EQ(fixes[static_cast<size_t>(i)].time, survey->Time(i));
   }
 }
 

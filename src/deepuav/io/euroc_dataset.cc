@@ -5,6 +5,7 @@
 #include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
+#include "deepuav/io/sensor_files.h"
 #include "deepuav/io/text_file.h"
 
 namespace deepuav {
@@ -27,7 +28,7 @@ std::vector<ImageFileFrame> ReadFrameList(const fs::path& cam0) {
     }
     const Timestamp time = ParseNanoseconds(fields[0], where);
     CheckGrows(frames, time, where);
-    frames.push_back({time, ListedImage(cam0 / "data", fields[1], where), std::nullopt});
+    frames.push_back({time, ListedImage(cam0 / "data", fields[1], where)});
   }
   if (frames.empty())
     throw Error("{}: lists no frame: expected 'nanoseconds,file name' lines", list.string());
@@ -71,6 +72,9 @@ std::unique_ptr<Dataset> OpenEuroc(const fs::path& mav0, const DatasetOptions& o
   sequence.kind = "euroc";
   ReadCalibration(mav0, options, &sequence);
   sequence.frames = ReadFrameList(mav0 / "cam0");
+  sequence.read_sensors = [mav0, body_from_cam = sequence.body_from_cam] {
+    return ReadEurocSensors(mav0, body_from_cam);
+  };
   return MakeImageFileDataset(std::move(sequence), options);
 }
 

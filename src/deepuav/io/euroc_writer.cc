@@ -94,16 +94,16 @@ void WriteEurocImu(const fs::path& mav0, double rate_hz, const ImuNoise& noise,
 }
 
 void WriteEurocGnss(const fs::path& mav0, double rate_hz, const Eigen::Vector3d& antenna_in_body_m,
-                    std::span<const GnssSample> samples) {
+                    std::span<const GnssFix> samples) {
   const std::string yaml = fmt::format(
       "{}rate_hz: {}\n", SensorYaml("gnss", SE3(Eigen::Quaterniond::Identity(), antenna_in_body_m)),
       rate_hz);
   std::string csv =
       "#timestamp [ns],latitude [deg],longitude [deg],altitude [m],std_east [m],std_north [m],"
       "std_up [m]\n";
-  for (const GnssSample& sample : samples) {
+  for (const GnssFix& sample : samples) {
     csv += fmt::format("{},{:.10f},{:.10f},{:.4f},{:.3f},{:.3f},{:.3f}\n", sample.time.nanoseconds,
-                       sample.latitude_deg, sample.longitude_deg, sample.altitude_m,
+                       sample.latitude_deg, sample.longitude_deg, sample.altitude_m.value_or(0),
                        sample.sigma_m.x(), sample.sigma_m.y(), sample.sigma_m.z());
   }
   WriteSensorFiles(mav0 / "gps0", yaml, csv);

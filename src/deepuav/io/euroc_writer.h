@@ -7,8 +7,8 @@
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
-#include "deepuav/geometry/sensor_samples.h"
 #include "deepuav/io/trajectory.h"
+#include "deepuav/sensors/streams.h"
 
 namespace deepuav {
 
@@ -24,14 +24,6 @@ struct EurocImageName {
 void WriteEurocCamera(const std::filesystem::path& mav0, const Camera& camera,
                       const SE3& body_from_cam, std::span<const EurocImageName> images);
 
-/// The continuous noise of an inertial sensor as sensor.yaml states it.
-struct ImuNoise {
-  double gyroscope_noise_density = 0;      ///< rad/s/sqrt(Hz)
-  double gyroscope_random_walk = 0;        ///< rad/s^2/sqrt(Hz)
-  double accelerometer_noise_density = 0;  ///< m/s^2/sqrt(Hz)
-  double accelerometer_random_walk = 0;    ///< m/s^3/sqrt(Hz)
-};
-
 /// imu0/data.csv and imu0/sensor.yaml of a sensor in the body's origin.
 void WriteEurocImu(const std::filesystem::path& mav0, double rate_hz, const ImuNoise& noise,
                    std::span<const ImuSample> samples);
@@ -39,7 +31,7 @@ void WriteEurocImu(const std::filesystem::path& mav0, double rate_hz, const ImuN
 /// gps0/data.csv ("ns,latitude,longitude,altitude,sigma east,sigma north,sigma up") and
 /// gps0/sensor.yaml, with the antenna's place in the body frame.
 void WriteEurocGnss(const std::filesystem::path& mav0, double rate_hz,
-                    const Eigen::Vector3d& antenna_in_body_m, std::span<const GnssSample> samples);
+                    const Eigen::Vector3d& antenna_in_body_m, std::span<const GnssFix> samples);
 
 /// baro0/data.csv ("ns,pressure,altitude") and baro0/sensor.yaml of a sensor in the body's origin.
 void WriteEurocBarometer(const std::filesystem::path& mav0, double rate_hz,

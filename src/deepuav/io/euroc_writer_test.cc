@@ -80,7 +80,7 @@ TEST(EurocWriter, SensorsAreWrittenAsTheyAre) {
   WriteEurocImu(mav0, 200, {1.6968e-4, 1.9393e-5, 2e-3, 3e-3},
                 std::vector<ImuSample>{{kTime, {0.1, 0.2, 0.3}, {0.4, 0.5, 9.81}}});
   WriteEurocGnss(mav0, 5, {-0.1, 0, 0.12},
-                 std::vector<GnssSample>{{kTime, 47.3977, 8.5456, 517.25, {0.8, 0.9, 1.5}}});
+                 std::vector<GnssFix>{{kTime, 47.3977, 8.5456, 517.25, {0.8, 0.9, 1.5}}});
   WriteEurocBarometer(mav0, 20, std::vector<BarometerSample>{{kTime, 95321.25, 516.5}});
   EXPECT_THAT(ReadAll(mav0 / "imu0/data.csv"),
               HasSubstr("\n1700000000050000000,0.100000000000,0.200000000000,0.300000000000,"

@@ -162,7 +162,7 @@ std::optional<double> ReadAngleDeg(const ExifBlock& exif, int tag, int ref_tag, 
   return reference[0] == negative_ref ? -angle : angle;
 }
 
-std::optional<GeoFix> ReadFix(const ExifBlock& exif) {
+std::optional<GnssFix> ReadFix(const ExifBlock& exif) {
   const auto latitude = ReadAngleDeg(exif, EXIF_TAG_GPS_LATITUDE, EXIF_TAG_GPS_LATITUDE_REF, 'S');
   const auto longitude =
       ReadAngleDeg(exif, EXIF_TAG_GPS_LONGITUDE, EXIF_TAG_GPS_LONGITUDE_REF, 'W');
@@ -170,7 +170,10 @@ std::optional<GeoFix> ReadFix(const ExifBlock& exif) {
     return std::nullopt;
   if (*latitude == 0 && *longitude == 0)
     return std::nullopt;  // what cameras write before the first fix
-  GeoFix fix{*latitude, *longitude, exif.Ratio(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE)};
+  GnssFix fix;
+  fix.latitude_deg = *latitude;
+  fix.longitude_deg = *longitude;
+  fix.altitude_m = exif.Ratio(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE);
   const bool below_sea_level = exif.Byte(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE_REF) == 1;
   if (fix.altitude_m && below_sea_level) fix.altitude_m = -*fix.altitude_m;
   return fix;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "deepuav/base/time.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/sensors/samples.h"
 
 namespace deepuav {
 
@@ -16,7 +16,7 @@ namespace deepuav {
 struct PhotoExif {
   std::optional<Timestamp>
       time;  ///< DateTimeOriginal and SubSecTimeOriginal, the camera's clock read as UTC.
-  std::optional<GeoFix> fix;
+  std::optional<GnssFix> fix;  ///< Without a time of its own.
   std::string camera_model;
   std::optional<double> focal_length_mm;
   std::optional<double> focal_length_35mm;  ///< Of a view as wide on film of 36 x 24 mm.

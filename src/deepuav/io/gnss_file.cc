@@ -1,6 +1,7 @@
 #include "deepuav/io/gnss_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@ using Fields = std::vector<std::string_view>;
 
 constexpr size_t kHeadBytes = 4096;
 constexpr size_t kFewestColumns = 3, kFewestPoseColumns = 8;
+constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
 constexpr double kLargestSeconds = 9223372036;  // The last second of a 64-bit time stamp.
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -47,6 +49,7 @@ bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
 struct Columns {
   size_t time = 0, latitude = 1, longitude = 2;
   std::optional<size_t> altitude;
+  std::array<std::optional<size_t>, 3> sigma;  ///< East, north, up, metres.
   std::optional<int> places_of_second;  ///< Decimal ones; nothing where the head names no unit.
   double altitude_unit_m = 1;
 };
@@ -114,6 +117,16 @@ std::optional<Value> UnitOf(std::string_view name, const Unit<Value> (&units)[kC
   return std::nullopt;
 }
 
+/// Of which axis (east, north, up) a column holds the standard deviation, metres.
+std::optional<size_t> AxisOfSigma(const std::string& name) {
+  if (!StartsWithAny(name, {"std", "sigma"})) return std::nullopt;
+  constexpr std::array<std::string_view, 3> kAxes = {"east", "north", "up"};
+  for (size_t axis = 0; axis < kAxes.size(); ++axis) {
+    if (name.find(kAxes[axis]) != std::string::npos) return axis;
+  }
+  return std::nullopt;
+}
+
 /// The columns by their names; nothing where the line names no latitude.
 std::optional<Columns> ColumnsOfHead(std::string_view line) {
   Fields names;
@@ -126,6 +139,8 @@ std::optional<Columns> ColumnsOfHead(std::string_view line) {
       latitude = i;
     } else if (!longitude && StartsWithAny(name, {"lon", "lng"})) {
       longitude = i;
+    } else if (const auto axis = AxisOfSigma(name)) {
+      columns.sigma[*axis] = i;
     } else if (!altitude && StartsWithAny(name, {"alt", "ele", "height", "hgt"})) {
       altitude = i;
       columns.altitude_unit_m = UnitOf(name, kMetres).value_or(1);
@@ -153,18 +168,28 @@ Timestamp ParseTime(std::string_view text, std::optional<int> places, const std:
   return ParseSeconds(fmt::format("{}e-{}", text, *places), where);
 }
 
-std::optional<GeoFix> ParseFix(const Fields& fields, const Columns& columns,
-                               const std::string& where) {
+/// What the receiver says of its accuracy; 0 where it says nothing.
+double ParseSigma(const Fields& fields, std::optional<size_t> column, const std::string& where) {
+  if (!column || *column >= fields.size() || IsAbsent(fields[*column])) return 0;
+  return std::max(0.0, ParseFinite(fields[*column], where, "standard deviation"));
+}
+
+std::optional<GnssFix> ParseFix(const Fields& fields, const Columns& columns, Timestamp time,
+                                const std::string& where) {
   if (IsAbsent(fields[columns.latitude]) || IsAbsent(fields[columns.longitude])) {
     return std::nullopt;
   }
-  GeoFix fix{ParseFinite(fields[columns.latitude], where, "latitude"),
-             ParseFinite(fields[columns.longitude], where, "longitude"), std::nullopt};
+  GnssFix fix;
+  fix.time = time;
+  fix.latitude_deg = ParseFinite(fields[columns.latitude], where, "latitude");
+  fix.longitude_deg = ParseFinite(fields[columns.longitude], where, "longitude");
   if (columns.altitude && *columns.altitude < fields.size() &&
       !IsAbsent(fields[*columns.altitude])) {
     fix.altitude_m =
         columns.altitude_unit_m * ParseFinite(fields[*columns.altitude], where, "altitude");
   }
+  for (int axis = 0; axis < 3; ++axis)
+    fix.sigma_m[axis] = ParseSigma(fields, columns.sigma[static_cast<size_t>(axis)], where);
   return fix;
 }
 
@@ -190,13 +215,13 @@ void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Ta
                   fields.size(), needed);
     }
     const Timestamp time = ParseTime(fields[columns->time], columns->places_of_second, where);
-    if (const std::optional<GeoFix> fix = ParseFix(fields, *columns, where)) {
-      take(TimedFix{time, *fix}, where);
+    if (const std::optional<GnssFix> fix = ParseFix(fields, *columns, time, where)) {
+      take(*fix, where);
     }
   }
 }
 
-void CheckOnGlobe(const GeoFix& fix, const std::string& where) {
+void CheckOnGlobe(const GnssFix& fix, const std::string& where) {
   constexpr double kPole = 90, kFullTurn = 360;
   if (std::abs(fix.latitude_deg) > kPole) {
     throw Error("{}: latitude is {}: expected -90 to 90 degrees", where, fix.latitude_deg);
@@ -204,14 +229,17 @@ void CheckOnGlobe(const GeoFix& fix, const std::string& where) {
   if (std::abs(fix.longitude_deg) > kFullTurn) {
     throw Error("{}: longitude is {}: expected -180 to 180 degrees", where, fix.longitude_deg);
   }
-  constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
-  if (fix.altitude_m && !(*fix.altitude_m >= kLowest_m && *fix.altitude_m <= kHighest_m)) {
+  if (fix.altitude_m && !IsPossibleAltitude(*fix.altitude_m)) {
     throw Error("{}: altitude is {} m: expected {} to {}", where, *fix.altitude_m, kLowest_m,
                 kHighest_m);
   }
 }
 
 }  // namespace
+
+bool IsPossibleAltitude(double altitude_m) {
+  return altitude_m >= kLowest_m && altitude_m <= kHighest_m;
+}
 
 bool IsGnssFile(const std::filesystem::path& file) {
   const std::string first_line = FirstLine(file);
@@ -223,17 +251,17 @@ bool IsGnssFile(const std::filesystem::path& file) {
          (IsNumber(fields[0], &number) || LooksLikeIsoTime(fields[0]));
 }
 
-std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file) {
-  std::vector<TimedFix> fixes;
-  const auto take = [&fixes](const TimedFix& timed, const std::string& where) {
-    CheckOnGlobe(timed.fix, where);
-    if (timed.fix.latitude_deg == 0 && timed.fix.longitude_deg == 0)
+std::vector<GnssFix> ReadGnssFile(const std::filesystem::path& file) {
+  std::vector<GnssFix> fixes;
+  const auto take = [&fixes](const GnssFix& fix, const std::string& where) {
+    CheckOnGlobe(fix, where);
+    if (fix.latitude_deg == 0 && fix.longitude_deg == 0)
       return;  // What receivers write before the first fix.
-    if (!fixes.empty() && timed.time < fixes.back().time) {
+    if (!fixes.empty() && fix.time < fixes.back().time) {
       throw Error("{}: the time lies {} s before that of the fix before: expected growing times",
-                  where, SecondsBetween(timed.time, fixes.back().time));
+                  where, SecondsBetween(fix.time, fixes.back().time));
     }
-    if (fixes.empty() || fixes.back().time < timed.time) fixes.push_back(timed);
+    if (fixes.empty() || fixes.back().time < fix.time) fixes.push_back(fix);
   };
   const std::string first_line = FirstLine(file);
   if (IsGpx(file, first_line)) {

@@ -3,16 +3,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "deepuav/base/time.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/sensors/samples.h"
 
 namespace deepuav {
-
-/// A position fix of an instant.
-struct TimedFix {
-  Timestamp time;
-  GeoFix fix;
-};
 
 /// Whether a file holds position fixes: a GPX file, or a CSV file whose head names a latitude or
 /// whose lines have 3 to 7 fields (poses have more). Throws Error naming a file that cannot be
@@ -25,20 +18,24 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// ("#timestamp [ns],latitude [deg],longitude [deg],altitude [m],..."); without names they are
 /// time, latitude, longitude and, if there is a fourth, altitude. Times are ISO 8601 or a number in
 /// the unit the name gives (s, ms, us, ns), without one in seconds, or nanoseconds where too large
-/// for these; altitudes in metres unless their name says feet, km or another length. Semicolons may
-/// stand for the commas, and fields in quotes. A line without latitude, with NaN or with latitude
-/// and longitude 0 is a moment without fix and left out.
+/// for these; altitudes in metres unless their name says feet, km or another length. Standard
+/// deviations are read where columns are called std or sigma and name east, north or up. Semicolons
+/// may stand for the commas, and fields in quotes. A line without latitude, with NaN or with
+/// latitude and longitude 0 is a moment without fix and left out.
 ///
 /// GPX: all points of all tracks, which must have times.
 ///
 /// Of several fixes with the same time the first is kept. Throws Error naming file and line for
 /// what is no number, outside of the globe, at a height that nothing flies at or goes back in time,
 /// and for a file without fixes.
-std::vector<TimedFix> ReadGnssFile(const std::filesystem::path& file);
+std::vector<GnssFix> ReadGnssFile(const std::filesystem::path& file);
+
+/// Whether what flies can be at this altitude.
+bool IsPossibleAltitude(double altitude_m);
 
 /// The EXIF positions of a folder of photographs (here or in images/), in the order and with the
 /// times that OpenDataset gives them, but without need of a calibration. Empty for a dataset of
 /// another layout. Throws Error as OpenDataset does for a folder that is no dataset.
-std::vector<TimedFix> ReadPhotographFixes(const std::filesystem::path& folder);
+std::vector<GnssFix> ReadPhotographFixes(const std::filesystem::path& folder);
 
 }  // namespace deepuav

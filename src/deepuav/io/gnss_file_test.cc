@@ -47,12 +47,12 @@ TEST_F(GnssFileTest, ReadsTheSimulatorsHead) {
                           "1403636584763555584,47.5,8.25,440.5,1.2\n"
                           "1403636584963555585,47.6,8.26,441,1.2\n");
   EXPECT_TRUE(IsGnssFile(file));
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(fixes[1].time.nanoseconds, 1403636584963555585);
-  EXPECT_EQ(fixes[0].fix.latitude_deg, 47.5);
-  EXPECT_EQ(fixes[0].fix.longitude_deg, 8.25);
-  EXPECT_EQ(fixes[0].fix.altitude_m, 440.5);
+  EXPECT_EQ(fixes[0].latitude_deg, 47.5);
+  EXPECT_EQ(fixes[0].longitude_deg, 8.25);
+  EXPECT_EQ(fixes[0].altitude_m, 440.5);
 }
 
 TEST_F(GnssFileTest, RefusesHeightsThatNothingFliesAt) {
@@ -73,7 +73,7 @@ TEST_F(GnssFileTest, AltitudesHaveTheUnitOfTheirName) {
                                                    {"alt_yards", 1.5 * 0.9144},
                                                    {"altitude", 1.5}}) {
     const auto fixes = ReadGnssFile(Write("a.csv", "time,lat,lon," + name + "\n1,47,8,1.5\n"));
-    EXPECT_DOUBLE_EQ(fixes[0].fix.altitude_m.value_or(0), metres) << name;
+    EXPECT_DOUBLE_EQ(fixes[0].altitude_m.value_or(0), metres) << name;
   }
 }
 
@@ -84,10 +84,10 @@ TEST_F(GnssFileTest, ReadsSemicolonsAndQuotes) {
         "1;47.5;8.25;440\n"}) {
     const auto file = Write("a.csv", text);
     EXPECT_TRUE(IsGnssFile(file)) << text;
-    const std::vector<TimedFix> fixes = ReadGnssFile(file);
+    const std::vector<GnssFix> fixes = ReadGnssFile(file);
     ASSERT_EQ(fixes.size(), 1u) << text;
-    EXPECT_EQ(fixes[0].fix.latitude_deg, 47.5);
-    EXPECT_EQ(fixes[0].fix.altitude_m, 440);
+    EXPECT_EQ(fixes[0].latitude_deg, 47.5);
+    EXPECT_EQ(fixes[0].altitude_m, 440);
   }
 }
 
@@ -101,15 +101,15 @@ TEST_F(GnssFileTest, ReadsUnitsInWords) {
       Write("log.csv",
             "time(millisecond),datetime(utc),latitude,longitude,height_above_takeoff(feet)\n"
             "100,2024-05-01 10:00:00,47,8,100\n200,2024-05-01 10:00:00,47,8,\n");
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(fixes[0].time.nanoseconds, 100000000);
-  EXPECT_DOUBLE_EQ(*fixes[0].fix.altitude_m, 30.48);
+  EXPECT_DOUBLE_EQ(*fixes[0].altitude_m, 30.48);
   for (const char* name :
        {"altitude [m AMSL]", "alt_m", "Elevation (metres)", "alt", "height_wgs84"}) {
     const auto other =
         Write("other.csv", fmt::format("Time (Seconds),lat,lon,{}\n2,47,8,100\n", name));
-    EXPECT_EQ(ReadGnssFile(other)[0].fix.altitude_m, 100) << name;
+    EXPECT_EQ(ReadGnssFile(other)[0].altitude_m, 100) << name;
     EXPECT_EQ(ReadGnssFile(other)[0].time.nanoseconds, 2000000000) << name;
   }
 }
@@ -117,36 +117,36 @@ TEST_F(GnssFileTest, ReadsUnitsInWords) {
 TEST_F(GnssFileTest, ZerosAreNoFix) {
   const auto csv = Write("log.csv", "time,lat,lon\n0,0,0\n1,0.0,0.0\n2,47,8\n3,0,8\n");
   EXPECT_EQ(ReadGnssFile(csv).size(), 2u);
-  EXPECT_EQ(ReadGnssFile(csv)[0].fix.latitude_deg, 47);
+  EXPECT_EQ(ReadGnssFile(csv)[0].latitude_deg, 47);
   EXPECT_THAT(ErrorOf("none.csv", "time,lat,lon\n0,0,0\n"), HasSubstr("no position fix"));
 }
 
 TEST_F(GnssFileTest, FindsColumnsByNameInAnyOrderAndUnit) {
   const auto file = Write("log.csv", "Lon, LAT , height_m, time_ms, quality\n8,47,,1500.5,4\n");
   EXPECT_TRUE(IsGnssFile(file));
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 1u);
   EXPECT_EQ(fixes[0].time.nanoseconds, 1500500000);
-  EXPECT_EQ(fixes[0].fix.latitude_deg, 47);
-  EXPECT_EQ(fixes[0].fix.longitude_deg, 8);
-  EXPECT_FALSE(fixes[0].fix.altitude_m.has_value());
+  EXPECT_EQ(fixes[0].latitude_deg, 47);
+  EXPECT_EQ(fixes[0].longitude_deg, 8);
+  EXPECT_FALSE(fixes[0].altitude_m.has_value());
 }
 
 TEST_F(GnssFileTest, WithoutHeadTheOrderIsTimeLatitudeLongitudeAltitude) {
   const auto file = Write("log.csv", "12.25,47,8,500\n2.5e1,-47.5,-8,501\n");
   EXPECT_TRUE(IsGnssFile(file));
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(fixes[0].time.nanoseconds, 12250000000);
-  EXPECT_EQ(fixes[1].fix.latitude_deg, -47.5);
-  EXPECT_EQ(fixes[1].fix.altitude_m, 501);
+  EXPECT_EQ(fixes[1].latitude_deg, -47.5);
+  EXPECT_EQ(fixes[1].altitude_m, 501);
 }
 
 TEST_F(GnssFileTest, MomentsWithoutFixAndRepeatedTimesAreLeftOut) {
   const auto file = Write("log.csv", "time,lat,lon\n1,47,8\n2,,\n3,nan,nan\n4,47,8\n4,48,8\n");
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 2u);
-  EXPECT_EQ(fixes[1].fix.latitude_deg, 47);
+  EXPECT_EQ(fixes[1].latitude_deg, 47);
 }
 
 TEST_F(GnssFileTest, ReadsGpxTracks) {
@@ -158,12 +158,12 @@ TEST_F(GnssFileTest, ReadsGpxTracks) {
       "<trkpt lat=\"47.6\" lon=\"8.6\"><time>2024-05-01T12:00:00.25+02:00</time></trkpt>\n"
       "</trkseg></trk></gpx>\n");
   EXPECT_TRUE(IsGnssFile(file));
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(fixes[0].time.nanoseconds, 1714557600000000000);
   EXPECT_EQ(fixes[1].time.nanoseconds, 1714557600250000000);
-  EXPECT_EQ(fixes[0].fix.altitude_m, 430.5);
-  EXPECT_EQ(fixes[1].fix.longitude_deg, 8.6);
+  EXPECT_EQ(fixes[0].altitude_m, 430.5);
+  EXPECT_EQ(fixes[1].longitude_deg, 8.6);
 }
 
 TEST_F(GnssFileTest, BlanksAroundHeadsAndValuesAreNothing) {
@@ -171,10 +171,10 @@ TEST_F(GnssFileTest, BlanksAroundHeadsAndValuesAreNothing) {
   const auto file = Write("flight.gpx",
                           "<gpx><trk><trkseg>\n<trkpt lat=\"47.5\" lon=\"8.5\"><ele> 430.5 </ele>\n"
                           "<time>\n  2024-05-01T10:00:00Z\n</time></trkpt></trkseg></trk></gpx>\n");
-  const std::vector<TimedFix> fixes = ReadGnssFile(file);
+  const std::vector<GnssFix> fixes = ReadGnssFile(file);
   ASSERT_EQ(fixes.size(), 1u);
   EXPECT_EQ(fixes[0].time.nanoseconds, 1714557600000000000);
-  EXPECT_EQ(fixes[0].fix.altitude_m, 430.5);
+  EXPECT_EQ(fixes[0].altitude_m, 430.5);
 }
 
 TEST_F(GnssFileTest, TrajectoriesAreNoFixes) {

@@ -23,7 +23,7 @@ std::string_view LocalName(const pugi::xml_node& node) {
 class TrackPoints : public pugi::xml_tree_walker {
  public:
   TrackPoints(std::string name, std::string_view bytes,
-              const std::function<void(const TimedFix&, const std::string&)>& take)
+              const std::function<void(const GnssFix&, const std::string&)>& take)
       : name_(std::move(name)), bytes_(bytes), take_(take) {}
 
   bool for_each(pugi::xml_node& node) override {
@@ -42,28 +42,28 @@ class TrackPoints : public pugi::xml_tree_walker {
     return fmt::format("{}:{}", name_, line_);
   }
 
-  TimedFix Read(const pugi::xml_node& point) {
+  GnssFix Read(const pugi::xml_node& point) {
     const std::string where = Where(point);
-    TimedFix timed;
-    timed.fix.latitude_deg = ParseFinite(point.attribute("lat").value(), where, "lat");
-    timed.fix.longitude_deg = ParseFinite(point.attribute("lon").value(), where, "lon");
+    GnssFix fix;
+    fix.latitude_deg = ParseFinite(point.attribute("lat").value(), where, "lat");
+    fix.longitude_deg = ParseFinite(point.attribute("lon").value(), where, "lon");
     bool has_time = false;
     for (const pugi::xml_node& child : point.children()) {
       const std::string text = child.text().get();
       if (LocalName(child) == "ele") {
-        timed.fix.altitude_m = ParseFinite(text, where, "ele");
+        fix.altitude_m = ParseFinite(text, where, "ele");
       } else if (LocalName(child) == "time") {
-        timed.time = ParseIsoTime(text, where);
+        fix.time = ParseIsoTime(text, where);
         has_time = true;
       }
     }
     if (!has_time) throw Error("{}: the track point has no time: expected one", where);
-    return timed;
+    return fix;
   }
 
   std::string name_;
   std::string_view bytes_;
-  const std::function<void(const TimedFix&, const std::string&)>& take_;
+  const std::function<void(const GnssFix&, const std::string&)>& take_;
   size_t counted_ = 0;
   int64_t line_ = 1;
 };
@@ -71,7 +71,7 @@ class TrackPoints : public pugi::xml_tree_walker {
 }  // namespace
 
 void VisitGpxPoints(const std::filesystem::path& file,
-                    const std::function<void(const TimedFix&, const std::string&)>& take) {
+                    const std::function<void(const GnssFix&, const std::string&)>& take) {
   const std::string bytes = ReadBytes(file, kMaxGpxBytes);
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(

@@ -61,7 +61,9 @@ class ImageFileDataset : public Dataset {
     return LoadReducedGrey(file, size);
   }
   std::optional<SE3> BodyFromCam() const override { return sequence_.body_from_cam; }
-  std::optional<GeoFix> Fix(int frame) const override { return At(frame).fix; }
+  SensorStreams ReadSensors() const override {
+    return sequence_.read_sensors ? sequence_.read_sensors() : SensorStreams{};
+  }
   CalibrationSource Calibration() const override { return sequence_.calibration; }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,7 +14,6 @@ namespace deepuav {
 struct ImageFileFrame {
   Timestamp time;
   std::filesystem::path file;
-  std::optional<GeoFix> fix;
 };
 
 /// What the readers of image folders find out, each in its own way.
@@ -23,7 +23,8 @@ struct ImageFileSequence {
   std::string calibration_file;  ///< For messages.
   CalibrationSource calibration;
   std::optional<SE3> body_from_cam;
-  std::vector<ImageFileFrame> frames;  ///< By growing time.
+  std::vector<ImageFileFrame> frames;           ///< By growing time.
+  std::function<SensorStreams()> read_sensors;  ///< Nothing: there is no other sensor.
 };
 
 /// The dataset of the sequence, at the working size of the options. A camera without a rate gets

@@ -51,8 +51,7 @@ std::vector<ImageFileFrame> ReadFrames(const fs::path& folder) {
     const std::string where = text.Where(line);
     const Timestamp time = ParseSeconds(line.text, where);
     CheckGrows(frames, time, where);
-    frames.push_back(
-        {time, images / numbering.Name(static_cast<int>(frames.size())), std::nullopt});
+    frames.push_back({time, images / numbering.Name(static_cast<int>(frames.size()))});
   }
   if (numbering.last >= static_cast<int>(frames.size())) {
     throw Error("{}: holds {} times: expected {}, one for each image up to {}", times.string(),

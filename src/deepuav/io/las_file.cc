@@ -14,6 +14,7 @@ namespace deepuav {
 namespace {
 
 constexpr uint16_t kHeaderBytes = 227, kRecordBytes = 26;
+constexpr uint16_t kKeyBytes = 32, kSystemBytes = 54 + kKeyBytes;
 constexpr uint8_t kPointFormat = 2;
 constexpr size_t kNameBytes = 32;
 constexpr size_t kReturns = 5;
@@ -85,7 +86,8 @@ void PutName(std::string_view name, ByteWriter* writer) {
 }
 
 /// The public header block, field by field as in section 3 of the specification.
-void PutHeader(uint32_t count, const Grid& grid, const Bounds& bounds, ByteWriter* writer) {
+void PutHeader(uint32_t count, const Grid& grid, const Bounds& bounds, bool has_system,
+               ByteWriter* writer) {
   constexpr std::array<char, 4> kSignature = {'L', 'A', 'S', 'F'};
   constexpr std::array<uint8_t, 16> kNoProject = {};
   constexpr uint8_t kMajor = 1, kMinor = 2;
@@ -100,8 +102,8 @@ void PutHeader(uint32_t count, const Grid& grid, const Bounds& bounds, ByteWrite
   writer->Put<uint16_t>(0);  // day of creation
   writer->Put<uint16_t>(0);  // and its year
   writer->Put<uint16_t>(kHeaderBytes);
-  writer->Put<uint32_t>(kHeaderBytes);  // where the points begin
-  writer->Put<uint32_t>(0);             // variable-length records
+  writer->Put<uint32_t>(kHeaderBytes + (has_system ? kSystemBytes : 0));  // where points begin
+  writer->Put<uint32_t>(has_system ? 1 : 0);                              // variable-length records
   writer->Put<uint8_t>(kPointFormat);
   writer->Put<uint16_t>(kRecordBytes);
   writer->Put<uint32_t>(count);
@@ -113,6 +115,26 @@ void PutHeader(uint32_t count, const Grid& grid, const Bounds& bounds, ByteWrite
     writer->Put<double>(bounds.high[axis]);
     writer->Put<double>(bounds.low[axis]);
   }
+}
+
+/// The variable-length record of GeoTIFF keys that name a projected system in metres.
+void PutSystem(int epsg, ByteWriter* writer) {
+  constexpr std::string_view kUser = "LASF_Projection";
+  constexpr uint16_t kDirectory = 34735, kModel = 1024, kProjected = 1, kSystem = 3072,
+                     kUnit = 3076, kMetre = 9001;
+  std::array<char, 16> user{};
+  std::copy(kUser.begin(), kUser.end(), user.begin());
+  writer->Put<uint16_t>(0);
+  writer->PutAll(std::span<const char>(user));
+  writer->Put<uint16_t>(kDirectory);
+  writer->Put<uint16_t>(kKeyBytes);
+  PutName("GeoTIFF keys", writer);
+  const std::array<uint16_t, kKeyBytes / 2> keys = {
+      1,       1, 0, 3,                            // version, revision, number of keys
+      kModel,  0, 1, kProjected,                   //
+      kSystem, 0, 1, static_cast<uint16_t>(epsg),  //
+      kUnit,   0, 1, kMetre};
+  writer->PutAll(std::span<const uint16_t>(keys));
 }
 
 void PutPoint(const ColoredPoint& point, const Grid& grid, ByteWriter* writer) {
@@ -129,14 +151,17 @@ void PutPoint(const ColoredPoint& point, const Grid& grid, ByteWriter* writer) {
 
 }  // namespace
 
-void WriteLas(const std::filesystem::path& file, std::span<const ColoredPoint> points) {
+void WriteLas(const std::filesystem::path& file, std::span<const ColoredPoint> points,
+              std::optional<int> epsg) {
   if (points.size() > std::numeric_limits<uint32_t>::max())
     throw Error("{}: {} points: LAS 1.2 holds fewer than 2^32", file.string(), points.size());
   CheckFinite(file, points);
   const Grid grid = GridOf(file, points);
   AtomicFile output(file);
   ByteWriter bytes;
-  PutHeader(static_cast<uint32_t>(points.size()), grid, BoundsOf(points, grid), &bytes);
+  PutHeader(static_cast<uint32_t>(points.size()), grid, BoundsOf(points, grid), epsg.has_value(),
+            &bytes);
+  if (epsg) PutSystem(*epsg, &bytes);
   output.Write(bytes.bytes());
   for (const ColoredPoint& point : points) {
     bytes.Clear();

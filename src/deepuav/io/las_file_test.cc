@@ -121,6 +121,22 @@ TEST_F(WriteLasTest, TheSamePointsGiveTheSameBytes) {
   EXPECT_EQ(Written(points).bytes(), Written(points).bytes());
 }
 
+TEST_F(WriteLasTest, ASystemIsNamedByGeoTiffKeys) {
+  WriteLas(file_, std::vector<ColoredPoint>{{{500123.456, 5412345.678, 321.5}, {1, 2, 3}}}, 32632);
+  const LasBytes las(ReadAll(file_));
+  const auto points = las.At<uint32_t>(96);
+  EXPECT_EQ(points, kHeaderBytes + 54 + 32);
+  EXPECT_EQ(las.bytes().size(), points + kRecordBytes);
+  EXPECT_EQ(las.At<uint32_t>(100), 1u);  // one record of variable length
+  EXPECT_EQ(las.bytes().substr(kHeaderBytes + 2, 15), "LASF_Projection");
+  EXPECT_EQ(las.At<uint16_t>(kHeaderBytes + 18), 34735);
+  EXPECT_EQ(las.At<uint16_t>(kHeaderBytes + 20), 32);
+  bool names_system = false;
+  for (size_t key = kHeaderBytes + 54 + 8; key < points; key += 8)
+    names_system |= las.At<uint16_t>(key) == 3072 && las.At<uint16_t>(key + 6) == 32632;
+  EXPECT_TRUE(names_system);
+}
+
 TEST_F(WriteLasTest, ErrorsNameTheFile) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const std::vector<ColoredPoint> broken = {{{1, 2, 3}, {}}, {{0, kNaN, 0}, {}}};

@@ -31,4 +31,12 @@ std::vector<ColoredPoint> LandmarkPoints(const Map& map) {
   return points;
 }
 
+std::vector<ColoredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
+                                              const UtmZone& zone) {
+  std::vector<ColoredPoint> points = LandmarkPoints(map);
+  for (ColoredPoint& point : points)
+    point.position = UtmFromGeo(zone, GeoFromLocal(origin, point.position));
+  return points;
+}
+
 }  // namespace deepuav

@@ -5,6 +5,7 @@
 #include "deepuav/io/point_cloud.h"
 #include "deepuav/io/trajectory.h"
 #include "deepuav/map/map.h"
+#include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {
 
@@ -13,5 +14,9 @@ Trajectory KeyframeTrajectory(const Map& map, KeyframeId first = {0});
 
 /// The landmarks by id, in the map's world. Grey: a map holds no colours.
 std::vector<ColoredPoint> LandmarkPoints(const Map& map);
+
+/// The same where the map is georeferenced: easting, northing and altitude in a zone.
+std::vector<ColoredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
+                                              const UtmZone& zone);
 
 }  // namespace deepuav

@@ -16,6 +16,7 @@ constexpr SectionKind kAtlas = {'A', 'T', 'L', 'S'};
 constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
 constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
 constexpr SectionKind kImage = {'I', 'M', 'A', 'G'};
+constexpr SectionKind kGauges = {'G', 'A', 'U', 'G'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -39,6 +40,7 @@ class AtlasReader {
       }
       loaded.atlas.Add(Map::Restore(std::move(state)));
     }
+    if (sections_.NextIs(kGauges)) ReadGauges(&loaded.atlas);
     sections_.ExpectEnd();
     CheckCounter(head_.ids.keyframes, "keyframe");
     CheckCounter(head_.ids.landmarks, "landmark");
@@ -74,6 +76,14 @@ class AtlasReader {
     if (size.width == head_.camera.width && size.height == head_.camera.height) return;
     throw Error("the image of keyframe {} is {}x{}: expected the camera's {}x{}", keyframe.id.value,
                 size.width, size.height, head_.camera.width, head_.camera.height);
+  }
+
+  void ReadGauges(Atlas* atlas) {
+    for (const auto& [map, gauge] : GetGauges(sections_.Read(kGauges))) {
+      if (map.value < 0 || map >= atlas->NextMap())
+        throw Error("map {} has a gauge: expected one of {} maps", map.value, head_.maps);
+      atlas->ChangeGauge(map, Sim3(), gauge);
+    }
   }
 
   void CheckIds(const MapState& state) {
@@ -146,6 +156,19 @@ std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
   return numbers;
 }
 
+namespace {
+
+std::map<MapId, Gauge> GaugesInFile(const Atlas& atlas) {
+  std::map<MapId, Gauge> gauges;
+  for (const auto& [map, number] : NumbersInFile(atlas)) {
+    const Gauge gauge = atlas.GaugeOf(map);
+    if (gauge.kind != GaugeKind::kFree) gauges[{number}] = gauge;
+  }
+  return gauges;
+}
+
+}  // namespace
+
 void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const Camera& camera,
                   const MapOrigin& origin) {
   SectionWriter sections(file, kMagic, kMapFileVersion);
@@ -168,6 +191,10 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
       PutImage(keyframe.id, keyframe.frame.image.get(), &bytes);
       write(kImage);
     });
+  }
+  if (const auto gauges = GaugesInFile(atlas); !gauges.empty()) {
+    PutGauges(gauges, &bytes);
+    write(kGauges);
   }
   sections.Commit();
 }

@@ -117,6 +117,19 @@ TEST_F(MapFileTest, KeepsScalesAndLoops) {
   ExpectSameAtlas(atlas, ReadMapFile(file_).atlas);
 }
 
+TEST_F(MapFileTest, KeepsThePlaceOnEarth) {
+  Atlas atlas = TestAtlas(20, 30, 64, 1);
+  WriteAtlas(atlas);
+  EXPECT_EQ(ReadMapFile(file_).atlas.GaugeOf(MapId{0}).kind, GaugeKind::kFree);
+  atlas.ChangeGauge(MapId{0}, Sim3(), {GaugeKind::kGeoreferenced, {47.5, 8.25, 431}, 0.01});
+  WriteAtlas(atlas);
+  const Gauge gauge = ReadMapFile(file_).atlas.GaugeOf(MapId{0});
+  EXPECT_EQ(gauge.kind, GaugeKind::kGeoreferenced);
+  EXPECT_EQ(gauge.origin.latitude_deg, 47.5);
+  EXPECT_EQ(gauge.origin.altitude_m, 431);
+  EXPECT_EQ(gauge.scale_sigma, 0.01);
+}
+
 TEST_F(MapFileTest, TellsWhereItComesFrom) {
   SmallFile();
   const MapOrigin origin = ReadMapFile(file_).origin, expected = TestMapOrigin();

@@ -1,5 +1,6 @@
 #include "deepuav/io/map_sections.h"
 
+#include <cmath>
 #include <utility>
 
 namespace deepuav {
@@ -13,6 +14,7 @@ constexpr size_t kKeypointReferenceBytes = 8 + 4;
 constexpr size_t kMeasurementFloats = 5;
 constexpr size_t kMeasurementBytes = kMeasurementFloats * sizeof(float) + 1;
 constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kKeypointReferenceBytes + 2 * 4 + 8;
+constexpr size_t kGaugeBytes = 8 + 4 * 8;
 constexpr size_t kImageNameBytes = 2 * 8;
 constexpr size_t kKeypointFloats = 6;
 constexpr uint32_t kMostPyramidLevels = 16;
@@ -339,6 +341,39 @@ void MeasureAtKeypoints(MapState* state) {
       observation.measured = {keypoint.px, keypoint.sigma_px};
     }
   }
+}
+
+void PutGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer) {
+  writer->Put<uint64_t>(gauges.size());
+  for (const auto& [map, gauge] : gauges) {
+    PutId(map, writer);
+    for (double value : {gauge.origin.latitude_deg, gauge.origin.longitude_deg,
+                         gauge.origin.altitude_m, gauge.scale_sigma})
+      writer->Put<double>(value);
+  }
+}
+
+std::map<MapId, Gauge> GetGauges(std::string_view content) {
+  ByteReader reader(content, "the section of gauges");
+  std::map<MapId, Gauge> gauges;
+  for (size_t left = reader.GetCount(kGaugeBytes); left > 0; --left) {
+    const auto map = GetId<MapId>(&reader);
+    double values[4];
+    reader.GetAll(std::span<double>(values));
+    const Gauge gauge{GaugeKind::kGeoreferenced, {values[0], values[1], values[2]}, values[3]};
+    constexpr double kPole = 90, kFullTurn = 360;
+    if (!(std::abs(values[0]) <= kPole && std::abs(values[1]) <= kFullTurn &&
+          std::isfinite(values[2]) && values[3] >= 0)) {
+      throw Error(
+          "map {} has its origin at latitude {}, longitude {}, altitude {}: expected a "
+          "place on Earth",
+          map.value, values[0], values[1], values[2]);
+    }
+    if (!gauges.emplace(map, gauge).second)
+      throw Error("map {} has two gauges: expected one", map.value);
+  }
+  reader.ExpectEnd();
+  return gauges;
 }
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer) {

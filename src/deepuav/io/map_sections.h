@@ -41,6 +41,10 @@ MapState GetMap(std::string_view content, uint32_t version,
 /// Every observation that names a key point of a keyframe is where that is.
 void MeasureAtKeypoints(MapState* state);
 
+/// What the maps' worlds mean, by the maps' numbers in the file; of those that are not free.
+void PutGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
+std::map<MapId, Gauge> GetGauges(std::string_view content);
+
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
 Features GetFeatures(KeyframeId keyframe, std::string_view content);

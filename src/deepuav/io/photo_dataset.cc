@@ -13,6 +13,7 @@
 #include "deepuav/io/found_camera.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
+#include "deepuav/io/sensor_files.h"
 #include "deepuav/io/text_file.h"
 
 namespace deepuav {
@@ -122,6 +123,8 @@ void KeepLargestGroup(std::vector<Photograph>* photographs) {
 }
 
 constexpr int64_t kSecond = 1000000000;
+/// Many cameras write altitudes from another origin, or the barometer's.
+constexpr double kAltitudeSigma_m = 10;
 
 /// Gives photographs of the same time, as cameras that leave out fractions of a second write them,
 /// equal parts of the second or of what passes until the next. Says no where all have one time, or
@@ -163,12 +166,23 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
                    : "of one second each by name, as EXIF times are missing or all the same");
   std::vector<ImageFileFrame> frames;
   frames.reserve(photographs->size());
-  for (const Photograph& photograph : *photographs) {
-    const Timestamp by_name{static_cast<int64_t>(frames.size()) * kSecond};
-    frames.push_back(
-        {timed ? *photograph.exif.time : by_name, photograph.file, photograph.exif.fix});
+  for (Photograph& photograph : *photographs) {
+    if (!timed) photograph.exif.time = Timestamp{std::ssize(frames) * kSecond};
+    frames.push_back({*photograph.exif.time, photograph.file});
   }
   return frames;
+}
+
+/// In the order of the frames, with their times.
+std::vector<GnssFix> FixesOf(const std::vector<Photograph>& photographs) {
+  std::vector<GnssFix> fixes;
+  for (const Photograph& photograph : photographs) {
+    if (!photograph.exif.fix) continue;
+    fixes.push_back(*photograph.exif.fix);
+    fixes.back().time = *photograph.exif.time;
+    fixes.back().sigma_m.z() = kAltitudeSigma_m;
+  }
+  return fixes;
 }
 
 /// By the first photograph that tells; a guess where none does.
@@ -224,25 +238,29 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
     sequence.calibration = found.source;
     sequence.calibration_file = found.source.text + " of " + images.string();
   }
-  const auto fixes = std::count_if(sequence.frames.begin(), sequence.frames.end(),
-                                   [](const ImageFileFrame& frame) { return frame.fix; });
+  const std::vector<GnssFix> fixes = FixesOf(photographs);
   Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}", first.size.width,
              first.size.height,
              photographs.front().exif.camera_model.empty()
                  ? ""
                  : " by " + photographs.front().exif.camera_model,
-             sequence.camera.pinhole.fx, sequence.calibration.text, fixes, sequence.frames.size());
+             sequence.camera.pinhole.fx, sequence.calibration.text, fixes.size(),
+             sequence.frames.size());
+  sequence.read_sensors = [folder, images, fixes] {
+    SensorStreams streams;
+    streams.gnss = ReadGnssBeside({images, folder}, "gps");
+    if (!streams.gnss.fixes.empty() || fixes.empty()) return streams;
+    streams.gnss = {.source = "EXIF of " + images.string(), .fixes = fixes};
+    return streams;
+  };
   return MakeImageFileDataset(std::move(sequence), options);
 }
 
-std::vector<TimedFix> FixesOfPhotographs(const fs::path& images) {
+std::vector<GnssFix> FixesOfPhotographs(const fs::path& images) {
   std::vector<Photograph> photographs = ListPhotographs(images);
   KeepLargestGroup(&photographs);
-  std::vector<TimedFix> fixes;
-  for (const ImageFileFrame& frame : OrderFrames(images, &photographs)) {
-    if (frame.fix) fixes.push_back({frame.time, *frame.fix});
-  }
-  return fixes;
+  OrderFrames(images, &photographs);
+  return FixesOf(photographs);
 }
 
 }  // namespace deepuav

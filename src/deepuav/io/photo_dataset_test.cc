@@ -56,9 +56,12 @@ TEST_F(PhotoDatasetTest, CameraAndFixComeFromExif) {
   EXPECT_NEAR(camera.rate_hz, 1 / 6.0, 1e-12);
   EXPECT_EQ(dataset->Time(0).nanoseconds, 1525003606000000000);
   EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(1)), 6);
-  ASSERT_TRUE(dataset->Fix(1));
-  EXPECT_NEAR(dataset->Fix(1)->longitude_deg, -82.25, 1e-8);
-  EXPECT_FALSE(dataset->Fix(1)->altitude_m);
+  const GnssStream gnss = dataset->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 2u);
+  EXPECT_EQ(gnss.clock_sigma_s, 0);
+  EXPECT_EQ(gnss.fixes[1].time, dataset->Time(1));
+  EXPECT_NEAR(gnss.fixes[1].longitude_deg, -82.25, 1e-8);
+  EXPECT_FALSE(gnss.fixes[1].altitude_m);
   EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
 }
 
@@ -214,10 +217,22 @@ TEST_F(PhotoDatasetTest, FixesNeedNoCalibration) {
   exif.focal_length_35mm = 0;
   WritePhotograph("images/b.jpg", "2018:04:29 12:06:46", exif);
   WritePhotograph("images/a.jpg", "2018:04:29 12:06:52", exif);
-  const std::vector<TimedFix> fixes = ReadPhotographFixes(folder_.path());
+  const std::vector<GnssFix> fixes = ReadPhotographFixes(folder_.path());
   ASSERT_EQ(fixes.size(), 2u);
   EXPECT_EQ(SecondsBetween(fixes[0].time, fixes[1].time), 6);
-  EXPECT_NEAR(fixes[1].fix.longitude_deg, -82.25, 1e-8);
+  EXPECT_NEAR(fixes[1].longitude_deg, -82.25, 1e-8);
+}
+
+TEST_F(PhotoDatasetTest, AFileOfFixesBesideThemStandsForExif) {
+  WritePhotograph("images/a.jpg", "2018:04:29 12:06:46", Drone());
+  WritePhotograph("images/b.jpg", "2018:04:29 12:06:52", Drone());
+  folder_.Write("gps.csv",
+                "time [s],latitude [deg],longitude [deg],altitude [m]\n"
+                "1525003606,47.1,8.5,400\n1525003607,47.2,8.5,401\n1525003608,47.3,8.5,402\n");
+  const GnssStream gnss = Open()->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 3u);
+  EXPECT_GT(gnss.clock_sigma_s, 0);
+  EXPECT_EQ(gnss.fixes[2].latitude_deg, 47.3);
 }
 
 TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {
@@ -237,8 +252,9 @@ TEST_F(PhotoDatasetTest, ReadsPngAndTiffToo) {
   folder_.Write(".hidden.jpg", "x");
   const auto dataset = Open();
   ASSERT_EQ(dataset->size(), 2);
-  EXPECT_TRUE(dataset->Fix(0));
-  EXPECT_FALSE(dataset->Fix(1));
+  const GnssStream gnss = dataset->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 1u);
+  EXPECT_EQ(gnss.fixes[0].time, dataset->Time(0));
   EXPECT_EQ(dataset->Load(1).size(), cv::Size(64, 48));
 }
 

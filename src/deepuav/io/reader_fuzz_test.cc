@@ -6,9 +6,13 @@
 #include "deepuav/io/euroc_sensor.h"
 #include "deepuav/io/exif.h"
 #include "deepuav/io/gnss_file.h"
+#include "deepuav/io/gpmf_file.h"
 #include "deepuav/io/kitti_calibration.h"
 #include "deepuav/io/options_file.h"
+#include "deepuav/io/sensor_files.h"
+#include "deepuav/io/srt_file.h"
 #include "deepuav/io/testing/fuzzing.h"
+#include "deepuav/io/testing/gpmf_test_support.h"
 #include "deepuav/io/testing/io_test_support.h"
 #include "deepuav/io/trajectory.h"
 
@@ -128,12 +132,20 @@ TEST_F(ReaderFuzzTest, TrajectoryTimes) {
        });
 }
 
-void CheckFixes(const std::vector<TimedFix>& fixes) {
-  EXPECT_FALSE(fixes.empty());
-  for (const TimedFix& timed : fixes) {
-    EXPECT_LE(std::abs(timed.fix.latitude_deg), 90);
-    EXPECT_LT(std::abs(timed.fix.altitude_m.value_or(0)), 1e7);
+void CheckFixes(const std::vector<GnssFix>& fixes) {
+  for (size_t i = 0; i < fixes.size(); ++i) {
+    ASSERT_TRUE(std::abs(fixes[i].latitude_deg) <= 90 && std::abs(fixes[i].longitude_deg) <= 360);
+    ASSERT_TRUE(std::abs(fixes[i].altitude_m.value_or(0)) < 1e7 && fixes[i].sigma_m.allFinite());
+    if (i > 0) {
+      ASSERT_LT(fixes[i - 1].time, fixes[i].time);
+    }
   }
+}
+
+/// Of files that are refused where they hold none.
+void CheckSomeFixes(const std::vector<GnssFix>& fixes) {
+  EXPECT_FALSE(fixes.empty());
+  CheckFixes(fixes);
 }
 
 TEST_F(ReaderFuzzTest, GnssTable) {
@@ -141,7 +153,7 @@ TEST_F(ReaderFuzzTest, GnssTable) {
         "\"time\";\"lat\";\"lon\"\n\"1403636584763555584\";47;8\n", "1,47,8,400\n2,47,8,401\n",
         "timestamp,lat,lon\n2024-05-01T10:00:00.5Z,47,8\n"},
        5000, [&](const std::string& input) {
-         CheckFixes(ReadGnssFile(folder_.Write("fixes.csv", input)));
+         CheckSomeFixes(ReadGnssFile(folder_.Write("fixes.csv", input)));
        });
 }
 
@@ -150,7 +162,7 @@ TEST_F(ReaderFuzzTest, GpxFile) {
         "<time>2024-05-01T10:00:00Z</time></trkpt><trkpt lat=\"47.6\" lon=\"8.25\"><time>"
         "2024-05-01T10:01:00Z</time></trkpt></trkseg></trk></gpx>"},
        5000, [&](const std::string& input) {
-         CheckFixes(ReadGnssFile(folder_.Write("fixes.gpx", input)));
+         CheckSomeFixes(ReadGnssFile(folder_.Write("fixes.gpx", input)));
        });
 }
 
@@ -177,6 +189,43 @@ TEST_F(ReaderFuzzTest, OptionsFile) {
   Fuzz({OptionsAsYaml(registry), "tracking.keypoints: 5\nmapping: {local: {refine: no}}\n"}, 5000,
        [&](const std::string& input) {
          LoadOptionsFile(folder_.Write("options.yaml", input), &registry);
+       });
+}
+
+TEST_F(ReaderFuzzTest, Subtitles) {
+  const Strings seeds = {
+      "1\n00:00:00,000 --> 00:00:00,033\n<font size=\"28\">[latitude: 47.39] [longtitude : "
+      "8.54] [rel_alt: 1.3 abs_alt: 345.1] </font>\n\n2\n00:00:01,000 --> 00:00:01,033\n"
+      "[latitude: 47.40] [longitude: 8.55] [altitude: 5]\n\n",
+      "1\r\n00:00:00,000 --> 00:00:01,000\r\nHOME(8.5,47.3)\r\nGPS(8.5456,47.3977,16) "
+      "BAROMETER:1.5\r\n\r\n2\r\n00:00:01,000 --> 00:00:02,000\r\nGPS (8.5, 47.4, 17), D "
+      "24.26m, H 6.00m, H.S 0.00m/s\r\n"};
+  Fuzz(seeds, 8000, [&](const std::string& input) {
+    CheckFixes(ReadSrtFile(folder_.Write("video.srt", input)));
+  });
+}
+
+TEST_F(ReaderFuzzTest, GpmfTracks) {
+  const std::string payload = GpmfPayload(47.5, 8.25, 500, 4);
+  Fuzz({Mp4WithTrack("gpmd", {payload, payload})}, 8000, [&](const std::string& input) {
+    CheckFixes(ReadGpmfFixes(folder_.Write("video.mp4", input)));
+  });
+}
+
+TEST_F(ReaderFuzzTest, SensorFiles) {
+  Fuzz({"#t\n1000,0.1,0.2,0.3,0.4,0.5,9.8\n2000,0.1,0.2,0.3,0.4,0.5,9.8\n"}, 4000,
+       [&](const std::string& input) {
+         for (const ImuSample& sample : ReadImuFile(folder_.Write("imu.csv", input)))
+           ASSERT_TRUE(sample.angular_velocity.allFinite() && sample.specific_force.allFinite());
+       });
+  Fuzz({"#t\n1000,95000,500\n2000,95010,499\n"}, 4000, [&](const std::string& input) {
+    for (const BarometerSample& sample : ReadBarometerFile(folder_.Write("baro.csv", input)))
+      ASSERT_TRUE(std::isfinite(sample.pressure_pa + sample.altitude_m));
+  });
+  Fuzz({"#t [ns],latitude [deg],longitude [deg],altitude [m],std_east [m],std_north [m],std_up "
+        "[m]\n1000,47,8,500,1,1,2\n2000,47,8,501,1,1,2\n"},
+       4000, [&](const std::string& input) {
+         CheckSomeFixes(ReadGnssFile(folder_.Write("gps.csv", input)));
        });
 }
 

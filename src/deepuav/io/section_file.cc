@@ -191,6 +191,16 @@ std::string_view SectionReader::Read(const SectionKind& kind) {
   return content_;
 }
 
+bool SectionReader::NextIs(const SectionKind& kind) {
+  const std::streampos here = stream_.tellg();
+  SectionKind found{};
+  stream_.read(found.data(), std::ssize(found));
+  const bool is_same = stream_ && found == kind;
+  stream_.clear();
+  stream_.seekg(here);
+  return is_same;
+}
+
 void SectionReader::ExpectEnd() {
   Read(kEnd);
   if (position_ != size_) {

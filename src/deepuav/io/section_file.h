@@ -55,6 +55,8 @@ class SectionReader {
   uint32_t version() const { return version_; }
   /// The content of the next section, which must be of that kind; valid until the next call.
   std::string_view Read(const SectionKind& kind);
+  /// Whether the next section is of that kind.
+  bool NextIs(const SectionKind& kind);
   /// Throws Error unless the file ends here.
   void ExpectEnd();
 

@@ -1,20 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
 
-#include "deepuav/base/time.h"
-#include "deepuav/geometry/se3.h"
+#include "deepuav/geometry/timed_pose.h"
 
 namespace deepuav {
-
-struct TimedPose {
-  Timestamp time;
-  SE3 world_from_cam;
-};
-
-/// Poses by growing time.
-using Trajectory = std::vector<TimedPose>;
 
 /// Reads TUM ("seconds tx ty tz qx qy qz qw"), EuRoC CSV ("ns, px, py, pz, qw, qx, qy, qz, ..."; of
 /// the body where the file is a state_groundtruth_estimate) or KITTI (12 numbers: [R | t] by rows),

@@ -25,7 +25,7 @@ std::vector<ImageFileFrame> ReadFrameList(const fs::path& folder) {
     }
     const Timestamp time = ParseSeconds(fields[0], where);
     CheckGrows(frames, time, where);
-    frames.push_back({time, ListedImage(folder, fields[1], where), std::nullopt});
+    frames.push_back({time, ListedImage(folder, fields[1], where)});
   }
   if (frames.empty())
     throw Error("{}: lists no frame: expected 'seconds file' lines", list.string());

@@ -13,6 +13,7 @@
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/found_camera.h"
 #include "deepuav/io/layout_readers.h"
+#include "deepuav/io/sensor_files.h"
 #include "deepuav/io/text_file.h"
 
 namespace deepuav {
@@ -78,6 +79,7 @@ class VideoDataset : public Dataset {
     return fmt::format("{}_{:06}.png", file_.stem().string(), frame);
   }
   GreyImage Load(int frame) override;
+  SensorStreams ReadSensors() const override { return ReadSensorsBesideVideo(file_); }
   CalibrationSource Calibration() const override { return source_; }
 
  private:

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "deepuav/map/gauge.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {
@@ -39,7 +40,19 @@ class Atlas {
     from = Current(from), into = Current(into);
     assert(from != into);
     At(into).Absorb(&At(from), parent);
+    gauges_.erase(from);
     merged_into_[from] = into;
+  }
+
+  /// What the world of a map means; free unless it was changed.
+  Gauge GaugeOf(MapId map) const {
+    const auto found = gauges_.find(Current(map));
+    return found == gauges_.end() ? Gauge{} : found->second;
+  }
+  /// Moves all of a map, its keyframes' scales included, so that its world means what `gauge` says.
+  void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge) {
+    At(map).Transform(new_from_old);
+    gauges_[Current(map)] = gauge;
   }
 
   IdSource& ids() { return ids_; }
@@ -48,6 +61,7 @@ class Atlas {
  private:
   std::deque<Map> maps_;
   std::map<MapId, MapId> merged_into_;
+  std::map<MapId, Gauge> gauges_;  ///< Of remaining maps whose gauge is not free.
   IdSource ids_;
 };
 

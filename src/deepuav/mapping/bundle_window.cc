@@ -4,6 +4,7 @@
 #include <set>
 
 #include "deepuav/estimation/reprojection.h"
+#include "deepuav/mapping/map_factors.h"
 
 namespace deepuav {
 namespace {
@@ -65,7 +66,9 @@ void RemoveOutliers(const BundleReport& report, const BundleWindow& window, Map*
 }
 
 void WriteBack(const BundleWindow& window, Map* map) {
-  for (size_t k = 0; k < window.keyframes.size(); ++k) {
+  const bool measures_scale = !window.problem.factors.positions.empty();
+  if (measures_scale) MoveWithScale(window, map);
+  for (size_t k = 0; k < window.keyframes.size() && !measures_scale; ++k) {
     if (!window.problem.camera_fixed[k])
       map->SetPose(window.keyframes[k], window.problem.cam_from_world[k]);
   }
@@ -76,12 +79,14 @@ void WriteBack(const BundleWindow& window, Map* map) {
 }
 
 BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole* pinhole,
-                         const BundleOptions& options, const std::function<bool()>& stop) {
+                         const BundleOptions& options, const std::function<bool()>& stop,
+                         const MapFactors* factors) {
   BundleReport report;
   const double focal_guess_px = pinhole->fx;
   for (int run = 0; run < 2; ++run) {
     BundleWindow window = MakeBundleWindow(*map, free, *pinhole);
     window.problem.focal_guess_px = focal_guess_px;
+    if (factors) AddFactors(*factors, &window);
     report = AdjustBundle(&window.problem, options, stop);
     *pinhole = window.problem.pinhole;
     WriteBack(window, map);
@@ -130,14 +135,14 @@ void UpdateModelSigma(Map* map, const std::vector<KeyframeId>& keyframes, const 
 BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
                           const BundleOptions& options, const std::function<bool()>& stop) {
   Pinhole unchanged = pinhole;
-  return AdjustTwice(map, free, &unchanged, options, stop);
+  return AdjustTwice(map, free, &unchanged, options, stop, nullptr);
 }
 
 BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
-                       const std::function<bool()>& stop) {
+                       const std::function<bool()>& stop, const MapFactors* factors) {
   std::vector<KeyframeId> all;
   map->keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
-  return AdjustTwice(map, all, pinhole, options, stop);
+  return AdjustTwice(map, all, pinhole, options, stop, factors);
 }
 
 }  // namespace deepuav

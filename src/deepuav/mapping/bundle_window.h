@@ -29,9 +29,13 @@ BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const P
                           const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
 
+struct MapFactors;
+
 /// The same for all keyframes of a map; where the options ask for it, `pinhole` is refined too.
+/// `factors`, if given, are what other sensors say of the keyframes.
 BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
-                       const std::function<bool()>& stop = nullptr);
+                       const std::function<bool()>& stop = nullptr,
+                       const MapFactors* factors = nullptr);
 
 /// Renews what the map knows of errors beyond those of the measurements, from all observations of
 /// what these keyframes see, after an adjustment.

@@ -221,13 +221,17 @@ GlobalAdjustment Mapper::PrepareAdjustment(MapId map) const {
 }
 
 void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
-                            const std::function<bool()>& stop) {
+                            const std::function<bool()>& stop, const MapFactors* factors) {
   const StageScope stage(stages_, "global bundle adjustment");
   BundleOptions options = options_.global_bundle;
   options.refine_focal = refine_focal;
   Map& adjusted = atlas_->At(map);
-  observer_.RemeasureAll(&adjusted);
-  AdjustMap(&adjusted, pinhole, options, stop);
+  if (!factors) observer_.RemeasureAll(&adjusted);
+  AdjustMap(&adjusted, pinhole, options, stop, factors);
+}
+
+void Mapper::ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge) {
+  atlas_->ChangeGauge(map, new_from_old, gauge);
 }
 
 }  // namespace deepuav

@@ -15,6 +15,7 @@
 #include "deepuav/mapping/fusion.h"
 #include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
+#include "deepuav/mapping/map_factors.h"
 #include "deepuav/mapping/patch_observation.h"
 
 namespace deepuav {
@@ -88,11 +89,16 @@ class Mapper {
   /// A copy of the map to be adjusted beside the mapping.
   GlobalAdjustment PrepareAdjustment(MapId map) const;
 
-  /// Adjusts all of a map together, after its landmarks' patches were compared once more, and the
-  /// focal length with it where `pinhole` is only a first guess. `stop`, if given, is asked between
-  /// the steps.
+  /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
+  /// guess. `stop`, if given, is asked between the steps. `factors`, if given, are what other
+  /// sensors say of its keyframes, in its gauge; without them the landmarks' patches are compared
+  /// once more before.
   void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
-                      const std::function<bool()>& stop = nullptr);
+                      const std::function<bool()>& stop = nullptr,
+                      const MapFactors* factors = nullptr);
+
+  /// Gives a map's world another meaning: moves all of it.
+  void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
 
  private:
   struct YoungLandmark {

@@ -60,8 +60,8 @@ void GnssOptions::Check() const {
   CheckRange("gnss.dropout_s", dropout_s, 0, 3600);
 }
 
-std::vector<GnssSample> SimulateGnss(const FlightPath& path, const GnssOptions& options,
-                                     double duration_s, Timestamp start, Random* random) {
+std::vector<GnssFix> SimulateGnss(const FlightPath& path, const GnssOptions& options,
+                                  double duration_s, Timestamp start, Random* random) {
   const GeographicLib::LocalCartesian local(
       options.origin_latitude_deg, options.origin_longitude_deg, options.origin_altitude_m);
   const Eigen::Vector3d drift_m(options.horizontal_drift_m, options.horizontal_drift_m,
@@ -75,7 +75,7 @@ std::vector<GnssSample> SimulateGnss(const FlightPath& path, const GnssOptions& 
   Dropouts dropouts(options, random);
   const double step_s = 1 / options.rate_hz;
   const int count = SampleCount(duration_s, options.rate_hz);
-  std::vector<GnssSample> samples;
+  std::vector<GnssFix> samples;
   for (int i = 0; i < count; ++i) {
     const double time_s = i * step_s;
     Eigen::Vector3d position = path.At(time_s).world_from_body * options.Lever();
@@ -85,11 +85,11 @@ std::vector<GnssSample> SimulateGnss(const FlightPath& path, const GnssOptions& 
       slow.Advance(step_s, random);
     }
     if (dropouts.Covers(time_s, random)) continue;
-    GnssSample& sample = samples.emplace_back();
+    GnssFix& sample = samples.emplace_back();
     sample.time = After(start, time_s + options.clock_offset_s);
     sample.sigma_m = sigma_m;
     local.Reverse(position.x(), position.y(), position.z(), sample.latitude_deg,
-                  sample.longitude_deg, sample.altitude_m);
+                  sample.longitude_deg, sample.altitude_m.emplace());
   }
   return samples;
 }

@@ -5,7 +5,7 @@
 
 #include "deepuav/base/options.h"
 #include "deepuav/base/random.h"
-#include "deepuav/geometry/sensor_samples.h"
+#include "deepuav/sensors/samples.h"
 #include "deepuav/simulation/flight_path.h"
 
 namespace deepuav {
@@ -57,7 +57,7 @@ struct GnssOptions {
 /// The fixes of a receiver from time 0 to `duration_s`; `start`: the time stamp of time 0. Errors
 /// are a Gauss-Markov process and white noise; dropouts come as a Poisson process, with lengths of
 /// an exponential distribution.
-std::vector<GnssSample> SimulateGnss(const FlightPath& path, const GnssOptions& options,
-                                     double duration_s, Timestamp start, Random* random);
+std::vector<GnssFix> SimulateGnss(const FlightPath& path, const GnssOptions& options,
+                                  double duration_s, Timestamp start, Random* random);
 
 }  // namespace deepuav

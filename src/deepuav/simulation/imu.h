@@ -5,7 +5,7 @@
 
 #include "deepuav/base/options.h"
 #include "deepuav/base/random.h"
-#include "deepuav/geometry/sensor_samples.h"
+#include "deepuav/sensors/samples.h"
 #include "deepuav/simulation/flight_path.h"
 
 namespace deepuav {

@@ -195,13 +195,13 @@ GnssOptions ExactGnss() {
 }
 
 std::vector<Eigen::Vector3d> LocalPositions(const GnssOptions& options,
-                                            const std::vector<GnssSample>& samples) {
+                                            const std::vector<GnssFix>& samples) {
   const GeographicLib::LocalCartesian local(
       options.origin_latitude_deg, options.origin_longitude_deg, options.origin_altitude_m);
   std::vector<Eigen::Vector3d> positions;
-  for (const GnssSample& sample : samples) {
+  for (const GnssFix& sample : samples) {
     Eigen::Vector3d& p = positions.emplace_back();
-    local.Forward(sample.latitude_deg, sample.longitude_deg, sample.altitude_m, p.x(), p.y(),
+    local.Forward(sample.latitude_deg, sample.longitude_deg, *sample.altitude_m, p.x(), p.y(),
                   p.z());
   }
   return positions;
@@ -215,7 +215,7 @@ TEST(Gnss, IsThePlaceOfTheAntenna) {
   options.clock_offset_s = 0.25;
   Random random(1);
   const QuadrotorPath path = BentPath();
-  const std::vector<GnssSample> samples = SimulateGnss(path, options, 30, kStart, &random);
+  const std::vector<GnssFix> samples = SimulateGnss(path, options, 30, kStart, &random);
   ASSERT_EQ(samples.size(), 151);
   const std::vector<Eigen::Vector3d> found = LocalPositions(options, samples);
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -233,7 +233,7 @@ TEST(Gnss, NoiseHasTheAskedDeviationAndCorrelation) {
   options.lever_x_m = options.lever_z_m = 0;
   Random random(2);
   const double duration_s = 20000;
-  const std::vector<GnssSample> samples =
+  const std::vector<GnssFix> samples =
       SimulateGnss(StillPath(duration_s), options, duration_s, kStart, &random);
   const std::vector<Eigen::Vector3d> found = LocalPositions(options, samples);
   const auto covariance = [&](int axis, size_t lag) {
@@ -261,7 +261,7 @@ TEST(Gnss, DropsOutAsOftenAndAsLongAsAsked) {
   options.dropout_s = 4;
   Random random(3);
   const double duration_s = 20000;
-  const std::vector<GnssSample> samples =
+  const std::vector<GnssFix> samples =
       SimulateGnss(StillPath(duration_s), options, duration_s, kStart, &random);
   // Mean 20 s with fixes, then 4 s without.
   const double share = static_cast<double>(samples.size()) / (5 * duration_s);

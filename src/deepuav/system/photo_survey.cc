@@ -1,7 +1,9 @@
 #include "deepuav/system/photo_survey.h"
 
 #include "deepuav/base/time.h"
+#include "deepuav/mapping/mapper.h"
 #include "deepuav/system/frame_feed.h"
+#include "deepuav/system/georeferencing.h"
 #include "deepuav/system/stage_clock.h"
 
 namespace deepuav {
@@ -38,12 +40,28 @@ FrameRecord RecordOf(const Frame& frame, const SurveyOutcome& outcome,
   return record;
 }
 
+/// In the lens that the survey found: that is kept.
+void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& options,
+                        StageClock* clock, const std::function<bool()>& stop, SurveyRun* run) {
+  if (sensors.gnss.fixes.empty()) return;
+  const StageScope stage(clock, "georeference");
+  Camera& camera = run->outcome.camera;
+  Atlas& atlas = run->outcome.atlas;
+  Mapper mapper(camera, options.mapping, &atlas, clock);
+  Georeferencing georeferencing(sensors, options.sensors, &mapper, &atlas);
+  run->result.georeferences = georeferencing.ApplyToAll(
+      atlas.Remaining(), run->result.frames, &camera.pinhole, [](MapId) { return false; }, stop);
+  for (FrameRecord& record : run->result.frames) {
+    if (record.located()) record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
+  }
+}
+
 }  // namespace
 
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
                     const Perception& perception, ImageSource* images,
-                    const std::function<void(FrameId)>& progress,
-                    const std::function<bool()>& stop) {
+                    const std::function<void(FrameId)>& progress, const std::function<bool()>& stop,
+                    const SensorStreams& sensors) {
   SurveyRun run;
   StageClock clock;
   std::vector<SurveyView> views;
@@ -80,6 +98,11 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   }
   for (size_t v = 0; v < views.size(); ++v) {
     run.result.frames.push_back(RecordOf(views[v].frame, run.outcome, run.outcome.places[v]));
+  }
+  try {
+    GeoreferenceSurvey(sensors, options, &clock, late, &run);
+  } catch (const std::exception& error) {
+    if (run.result.failure.empty()) run.result.failure = error.what();
   }
   run.result.stage_durations_s = clock.Durations();
   return run;

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "deepuav/sensors/streams.h"
 #include "deepuav/survey/survey_mapper.h"
 #include "deepuav/system/slam.h"
 
@@ -16,10 +17,11 @@ struct SurveyRun {
 /// Makes maps of all photographs at once (SurveyMapper). `camera` as the extractor's;
 /// `focal_sigma`: how far its focal length is to be trusted, 0 for a calibrated one. `progress` is
 /// called for each photograph once its features are there; `stop` ends the reading of photographs
-/// early, and what follows after options.finish_stopped_s.
+/// early, and what follows after options.finish_stopped_s. Where `sensors` holds position fixes the
+/// maps are then given their place on Earth.
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
                     const Perception& perception, ImageSource* images,
                     const std::function<void(FrameId)>& progress = nullptr,
-                    const std::function<bool()>& stop = nullptr);
+                    const std::function<bool()>& stop = nullptr, const SensorStreams& sensors = {});
 
 }  // namespace deepuav

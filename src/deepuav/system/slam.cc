@@ -52,6 +52,11 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("looping.essential_graph.pose_graph", looping.essential_graph.pose_graph);
   visit("looping.essential_graph", looping.essential_graph);
   visit("looping", looping);
+  auto& sensors = options.sensors;
+  visit("sensors.gnss", sensors.gnss);
+  visit("sensors.barometer", sensors.barometer);
+  visit("sensors.georeference", sensors.georeference);
+  visit("sensors", sensors);
 }
 
 }  // namespace
@@ -85,6 +90,15 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
 }
 
 namespace {
+
+/// The maps, those with most keyframes first: the largest knows the camera best.
+std::vector<MapId> ByKeyframes(const Atlas& atlas) {
+  std::vector<MapId> maps = atlas.Remaining();
+  std::stable_sort(maps.begin(), maps.end(), [&atlas](MapId a, MapId b) {
+    return atlas.At(a).KeyframeCount() > atlas.At(b).KeyframeCount();
+  });
+  return maps;
+}
 
 TrackingOptions TrackingIn(const SystemOptions& options) {
   TrackingOptions tracking = options.tracking;
@@ -320,17 +334,25 @@ void Slam::ThinOld(std::vector<FrameRecord>* records) const {
 void Slam::AdjustAll(const std::function<bool()>& stop) {
   back_end_.DropAdjustment();
   if (!options_.adjust_at_end || options_.localise_only) return;
-  std::vector<MapId> maps = atlas_.Remaining();
-  std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
-    return atlas_.At(a).KeyframeCount() > atlas_.At(b).KeyframeCount();
-  });
-  for (MapId map : maps) {
-    // The largest map knows best.
-    const bool refine = options_.refine_focal && camera_.distortion.empty() && map == maps.front();
+  for (MapId map : ByKeyframes(atlas_)) {
+    const bool refine = RefinesFocalIn(map);
     mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
     if (stop()) break;
   }
+}
+
+bool Slam::RefinesFocalIn(MapId map) const {
+  return options_.refine_focal && camera_.distortion.empty() && map == ByKeyframes(atlas_).front();
+}
+
+void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
+  if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
+  const StageScope stage(&clock_, "georeference");
+  Georeferencing georeferencing(sensors_, options_.sensors, &mapper_, &atlas_);
+  result->georeferences = georeferencing.ApplyToAll(
+      ByKeyframes(atlas_), result->frames, &camera_.pinhole,
+      [this](MapId map) { return RefinesFocalIn(map); }, stop);
 }
 
 void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
@@ -365,6 +387,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
     }
   };
   attempt([&] { AdjustAll(stop); });
+  attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
 }
 

@@ -15,6 +15,7 @@
 #include "deepuav/system/back_end.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/frame_record.h"
+#include "deepuav/system/georeferencing.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/mapping_lane.h"
 #include "deepuav/system/shared_matcher.h"
@@ -60,6 +61,7 @@ struct SystemOptions {
   MappingOptions mapping;
   LoopingOptions looping;
   SurveyOptions survey;
+  SensorOptions sensors;
 
   void Check() const;
   template <typename Visitor>
@@ -103,6 +105,7 @@ struct SlamResult {
   std::map<std::string, std::vector<double>> stage_durations_s;
   int skipped_late = 0;  ///< Images left out by the live schedule.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
+  std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
@@ -130,6 +133,10 @@ class Slam {
 
   /// Starts from maps that are there: the first frames are looked for in them.
   void Load(Atlas atlas);
+
+  /// What other sensors measured meanwhile, on the images' clock: gives the maps their place on
+  /// Earth at the end of the run.
+  void UseSensors(SensorStreams streams) { sensors_ = std::move(streams); }
 
   /// Runs over all images. `stop` is asked before each frame, in other threads too while an image
   /// is waited for or the whole map is adjusted; once it says true the run ends as if there were no
@@ -165,6 +172,9 @@ class Slam {
   void JudgeLast(std::vector<FrameRecord>* records) const;
   void ThinOld(std::vector<FrameRecord>* records) const;
   void AdjustAll(const std::function<bool()>& stop);
+  /// Whether the adjustment at the end refines the focal length: with the largest map.
+  bool RefinesFocalIn(MapId map) const;
+  void GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
   void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
@@ -182,6 +192,7 @@ class Slam {
   Tracker tracker_;
   Relocaliser relocaliser_;
   int relocalisations_ = 0;
+  SensorStreams sensors_;
   std::optional<Timestamp> turned_at_;  ///< When a lost camera was last looked for turned.
   KeyframeId first_new_keyframe_{0};    ///< Those before it came with Load.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.

@@ -1,8 +1,6 @@
-#include "deepuav/evaluation/lever_arm.h"
+#include "deepuav/sensors/lever_arm.h"
 
 #include <Eigen/Cholesky>
-
-#include "deepuav/evaluation/ate.h"
 
 namespace deepuav {
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "deepuav/base/time.h"
 
@@ -13,12 +14,12 @@ struct ImuSample {
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();    ///< m/s^2: acceleration less gravity
 };
 
-/// A position fix of WGS 84, with the standard deviations that the receiver states.
-struct GnssSample {
+/// A position fix: WGS 84, with the standard deviations that the receiver states.
+struct GnssFix {
   Timestamp time;
   double latitude_deg = 0, longitude_deg = 0;
-  double altitude_m = 0;                              ///< Above the ellipsoid.
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< East, north, up.
+  std::optional<double> altitude_m;  ///< Above the ellipsoid or the sea, as the source has it.
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< East, north, up; 0: not stated.
 };
 
 struct BarometerSample {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "deepuav/geometry/alignment.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/geometry/timed_pose.h"
 
 namespace deepuav {
 

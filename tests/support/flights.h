@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "deepuav/base/random.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/geometry/timed_pose.h"
 
 namespace deepuav {
 

@@ -1,0 +1,446 @@
+#include "deepuav/sensors/georeference.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/random.h"
+#include "deepuav/geometry/alignment.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr uint64_t kSeed = 27;
+constexpr int kHypotheses = 300;
+constexpr size_t kMostJudged = 400;  // Positions that judge a hypothesis.
+constexpr double kSameSpread = 0.01, kSameOffset_s = 1e-6;
+constexpr double kMuchWorse = 2;  // Over the other median: no matter of noise.
+constexpr int kMaxRounds = 30, kMaxSteps = 20;
+constexpr double kConverged = 1e-10;
+constexpr double kMedianOfChi3 = 1.538;  // Median length of a vector of three standard normals.
+constexpr double kMedianOfChi2 = 1.177, kMedianOfChi1 = 0.6745;
+/// The clock offset is tried at these steps over this many standard deviations of its prior.
+constexpr double kOffsetStep_s = 0.25, kOffsetSigmas = 2;
+/// A spread below this share of what a fix is taken for is not believed.
+constexpr double kLeastRatio = 0.05;
+
+using Positions = std::vector<PositionOnPath>;
+
+struct Estimate {
+  Sim3 local_from_world;
+  double clock_shift_s = 0;  ///< Beyond the offset that the positions were placed with.
+};
+
+Eigen::Vector3d Residual(const Estimate& estimate, const PositionOnPath& at,
+                         const Eigen::Vector3d& antenna_cam_m) {
+  const SE3& camera = at.camera.world_from_cam;
+  const Sim3& local = estimate.local_from_world;
+  const Eigen::Vector3d center =
+      local * (camera.translation() + estimate.clock_shift_s * at.velocity_world);
+  return center + local.rotation() * (camera.rotation() * antenna_cam_m) - at.position_m;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> Distances(const Estimate& estimate, const Positions& positions,
+                              const Eigen::Vector3d& antenna_cam_m) {
+  std::vector<double> distances;
+  distances.reserve(positions.size());
+  for (const PositionOnPath& at : positions) {
+    distances.push_back(Residual(estimate, at, antenna_cam_m).cwiseQuotient(at.sigma_m).norm());
+  }
+  return distances;
+}
+
+/// Roughly where a camera has the ground: below it in the image, or ahead of it. Unit length.
+Eigen::Vector3d DownInWorld(const Positions& positions) {
+  Eigen::Vector3d down = Eigen::Vector3d::Zero();
+  for (const PositionOnPath& at : positions)
+    down += at.camera.world_from_cam.rotation() * Eigen::Vector3d(0, 1, 1);
+  return down.normalized();
+}
+
+/// The similarity through three positions; where they lie on one line, with the ground roughly
+/// below the camera.
+std::optional<Sim3> AlignThree(std::vector<Eigen::Vector3d> source,
+                               std::vector<Eigen::Vector3d> target,
+                               const Eigen::Vector3d& down_world) {
+  if (auto aligned = Align(source, target, AlignmentKind::kSimilar)) return aligned;
+  const auto add_below = [](const Eigen::Vector3d& down, std::vector<Eigen::Vector3d>* points) {
+    const Eigen::Vector3d line = points->back() - points->front();
+    const Eigen::Vector3d across = down - line * (line.dot(down) / line.squaredNorm());
+    points->push_back(points->front() + line.norm() * across.normalized());
+  };
+  add_below(down_world, &source);
+  add_below(-Eigen::Vector3d::UnitZ(), &target);
+  if (!source.back().allFinite() || !target.back().allFinite()) return std::nullopt;
+  return Align(source, target, AlignmentKind::kSimilar);
+}
+
+struct Hypothesis {
+  Estimate estimate;
+  double median = std::numeric_limits<double>::infinity();
+};
+
+/// A path that is nearly straight may have been turned upside down about itself: turned back,
+/// unless the positions speak against it.
+Hypothesis Upright(const Hypothesis& found, const Positions& positions,
+                   const Eigen::Vector3d& antenna_cam_m) {
+  const Sim3& local = found.estimate.local_from_world;
+  if (std::isinf(found.median) || (local.rotation() * DownInWorld(positions)).z() < 0) return found;
+  const auto place = [&](const PositionOnPath& at) {
+    return local * at.camera.world_from_cam.translation();
+  };
+  const Eigen::Vector3d first = place(positions.front());
+  Eigen::Vector3d farthest = first;
+  for (const PositionOnPath& at : positions) {
+    if ((place(at) - first).norm() > (farthest - first).norm()) farthest = place(at);
+  }
+  const Eigen::Quaterniond half_turn = RotationExp(M_PI * (farthest - first).normalized());
+  const Sim3 turn(1, half_turn, first - half_turn * first);
+  Hypothesis turned{{turn * local, 0}, 0};
+  turned.median = Median(Distances(turned.estimate, positions, antenna_cam_m));
+  return turned.median < kMuchWorse * found.median ? turned : found;
+}
+
+/// The best of similarities through three positions each, by the median of the distances (Rousseeuw
+/// 1984, least median of squares): it needs no standard deviation to be true.
+Hypothesis BestHypothesis(const Positions& all, const Eigen::Vector3d& antenna_cam_m) {
+  Positions positions;
+  const size_t stride = 1 + all.size() / kMostJudged;
+  for (size_t i = 0; i < all.size(); i += stride) positions.push_back(all[i]);
+  const Eigen::Vector3d down = DownInWorld(positions);
+  Random random(kSeed);
+  Hypothesis best;
+  const auto count = static_cast<int>(positions.size());
+  if (count < 3) return best;
+  for (int i = 0; i < kHypotheses; ++i) {
+    std::vector<Eigen::Vector3d> source, target;
+    for (int k = 0; k < 3; ++k) {
+      // One of each third: three neighbours tell little.
+      const int first = k * count / 3, size = (k + 1) * count / 3 - first;
+      const PositionOnPath& at = positions[static_cast<size_t>(first + random.Index(size))];
+      source.push_back(at.camera.world_from_cam.translation());
+      target.push_back(at.position_m);
+    }
+    const auto aligned = AlignThree(source, target, down);
+    if (!aligned || !(aligned->scale() > 0)) continue;
+    const Estimate estimate{*aligned, 0};
+    const double median = Median(Distances(estimate, positions, antenna_cam_m));
+    if (median < best.median) best = {estimate, median};
+  }
+  return Upright(best, positions, antenna_cam_m);
+}
+
+/// The information that weighted positions and the priors give, and the gradient.
+struct Normal {
+  Matrix8d information = Matrix8d::Zero();
+  Vector8d gradient = Vector8d::Zero();
+
+  template <int kRows>
+  void Add(const Eigen::Matrix<double, kRows, 8>& jacobian,
+           const Eigen::Matrix<double, kRows, 1>& residual) {
+    information.noalias() += jacobian.transpose() * jacobian;
+    gradient.noalias() += jacobian.transpose() * residual;
+  }
+};
+
+class Refinement {
+ public:
+  Refinement(const Positions& positions, const Eigen::Vector3d& antenna_cam_m,
+             const ClockPrior& clock, double placed_offset_s, const GeoreferenceOptions& options)
+      : positions_(positions),
+        antenna_cam_m_(antenna_cam_m),
+        clock_(clock),
+        placed_offset_s_(placed_offset_s),
+        level_sigma_(options.level_sigma_deg * kDegree) {}
+
+  /// `per_sigma`: one over the standard deviation to count with, by axis; zero for an outlier.
+  Normal Linearize(const Estimate& estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
+    Normal normal;
+    const Sim3& local = estimate.local_from_world;
+    Eigen::Vector3d side = Eigen::Vector3d::Zero();  // The mean of the cameras' x axes.
+    for (size_t i = 0; i < positions_.size(); ++i) {
+      const SE3& camera = positions_[i].camera.world_from_cam;
+      side += local.rotation() * (camera.rotation() * Eigen::Vector3d::UnitX());
+      if (per_sigma[i].isZero()) continue;
+      Eigen::Matrix<double, 3, 8> jacobian;
+      Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // A clock that is known does not move.
+      if (clock_.sigma_s > 0)
+        velocity = local.scale() * (local.rotation() * positions_[i].velocity_world);
+      const Eigen::Vector3d path =
+          local * (camera.translation() + estimate.clock_shift_s * positions_[i].velocity_world) -
+          local.translation();
+      const Eigen::Vector3d arm = local.rotation() * (camera.rotation() * antenna_cam_m_);
+      jacobian << -Skew(path + arm), Eigen::Matrix3d::Identity(), path, velocity;
+      normal.Add<3>(per_sigma[i].asDiagonal() * jacobian,
+                    per_sigma[i].cwiseProduct(Residual(estimate, positions_[i], antenna_cam_m_)));
+    }
+    AddPriors(estimate, side / static_cast<double>(positions_.size()), &normal);
+    return normal;
+  }
+
+  Estimate Solve(Estimate estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
+    for (int step = 0; step < kMaxSteps; ++step) {
+      const Normal normal = Linearize(estimate, per_sigma);
+      const Vector8d change = -normal.information.ldlt().solve(normal.gradient);
+      if (!change.allFinite()) break;
+      const Sim3& local = estimate.local_from_world;
+      estimate.local_from_world =
+          Sim3(local.scale() * std::exp(std::clamp(change[kLogScale], -1.0, 1.0)),
+               RotationExp(change.segment<3>(kTurn)) * local.rotation(),
+               local.translation() + change.segment<3>(kShift));
+      if (clock_.sigma_s > 0) estimate.clock_shift_s += change[kClockOffset];
+      if (change.norm() < kConverged) break;
+    }
+    return estimate;
+  }
+
+ private:
+  void AddPriors(const Estimate& estimate, const Eigen::Vector3d& side, Normal* normal) const {
+    Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
+    level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
+    normal->Add<1>(level, Eigen::Matrix<double, 1, 1>(side.z() / level_sigma_));
+    Eigen::Matrix<double, 1, 8> offset = Eigen::Matrix<double, 1, 8>::Zero();
+    const double per_sigma = clock_.sigma_s > 0 ? 1 / clock_.sigma_s : 1e6;
+    offset[kClockOffset] = per_sigma;
+    const double away_s = placed_offset_s_ + estimate.clock_shift_s - clock_.offset_s;
+    normal->Add<1>(offset, Eigen::Matrix<double, 1, 1>(per_sigma * away_s));
+  }
+
+  const Positions& positions_;
+  const Eigen::Vector3d antenna_cam_m_;
+  const ClockPrior clock_;
+  const double placed_offset_s_, level_sigma_;
+};
+
+/// How far the residuals of some axes spread, over what they should.
+double Spread(const Estimate& estimate, const Positions& positions,
+              const std::vector<uint8_t>& outlier, const Eigen::Vector3d& antenna_cam_m,
+              int first_axis, int axes) {
+  std::vector<double> lengths;
+  for (size_t i = 0; i < positions.size(); ++i) {
+    if (outlier[i]) continue;
+    const Eigen::Vector3d scaled =
+        Residual(estimate, positions[i], antenna_cam_m).cwiseQuotient(positions[i].sigma_m);
+    lengths.push_back(scaled.segment(first_axis, axes).norm());
+  }
+  return Median(lengths) / (axes == 2 ? kMedianOfChi2 : kMedianOfChi1);
+}
+
+template <typename Timed>
+std::string Span(const std::vector<Timed>& series) {
+  if (series.empty()) return "nothing";
+  return fmt::format("{:.1f} to {:.1f} s", series.front().time.seconds(),
+                     series.back().time.seconds());
+}
+
+/// Iteratively reweighted: who is an outlier follows from the spread of the others.
+class RobustFit {
+ public:
+  RobustFit(const Trajectory& path, const std::vector<LocalFix>& fixes,
+            const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock, const GnssNoise& noise,
+            const GeoreferenceOptions& options)
+      : path_(path),
+        fixes_(fixes),
+        antenna_cam_m_(antenna_cam_m),
+        clock_(clock),
+        noise_(noise),
+        options_(options) {}
+
+  GeoreferenceAttempt Run() {
+    const Hypothesis start = Start();
+    if (std::isinf(start.median)) return {std::nullopt, TooFew()};
+    Estimate estimate = start.estimate;
+    double ratio = start.median / kMedianOfChi3;
+    found_.horizontal_ratio = found_.vertical_ratio = Believed(ratio);
+    for (int round = 0; round < kMaxRounds; ++round) {
+      const std::vector<uint8_t> before = found_.outlier;
+      const Eigen::Vector3d ratios_before = Ratios();
+      MarkOutliers(estimate);
+      if (found_.used() < options_.min_fixes) return {std::nullopt, TooFew()};
+      estimate = Refine(estimate);
+      const double shift_s = std::exchange(estimate.clock_shift_s, 0);
+      PlaceAt(found_.clock_offset_s + shift_s);
+      const bool spreads_alike = Ratios().isApprox(ratios_before, kSameSpread);
+      if (before == found_.outlier && spreads_alike && std::abs(shift_s) < kSameOffset_s) break;
+    }
+    Conclude(estimate);
+    return Judge();
+  }
+
+ private:
+  void PlaceAt(double offset_s) {
+    found_.clock_offset_s = offset_s;
+    found_.positions = PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s);
+    if (found_.outlier.size() != found_.positions.size())
+      found_.outlier.assign(found_.positions.size(), 0);
+  }
+
+  Hypothesis Start() {
+    const int steps = static_cast<int>(kOffsetSigmas * clock_.sigma_s / kOffsetStep_s);
+    Hypothesis best;
+    double best_offset_s = clock_.offset_s;
+    for (int i = -steps; i <= steps; ++i) {
+      const double offset_s = clock_.offset_s + i * kOffsetStep_s;
+      const Hypothesis hypothesis =
+          BestHypothesis(PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s), antenna_cam_m_);
+      if (hypothesis.median < best.median) {
+        best = hypothesis;
+        best_offset_s = offset_s;
+      }
+    }
+    PlaceAt(best_offset_s);
+    return best;
+  }
+
+  /// What the spread says of the standard deviations.
+  static double Believed(double ratio) { return std::max(ratio, kLeastRatio); }
+
+  Eigen::Vector3d Ratios() const {
+    return {found_.horizontal_ratio, found_.horizontal_ratio, found_.vertical_ratio};
+  }
+
+  void MarkOutliers(const Estimate& estimate) {
+    for (size_t i = 0; i < found_.positions.size(); ++i) {
+      const PositionOnPath& at = found_.positions[i];
+      const Eigen::Vector3d scaled =
+          Residual(estimate, at, antenna_cam_m_).cwiseQuotient(at.sigma_m).cwiseQuotient(Ratios());
+      found_.outlier[i] = scaled.norm() > options_.outlier_sigmas;
+    }
+  }
+
+  Estimate Refine(const Estimate& estimate) {
+    CountIndependent();
+    const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
+                                options_);
+    const Estimate refined = refinement.Solve(estimate, PerSigma());
+    found_.horizontal_ratio =
+        Believed(Spread(refined, found_.positions, found_.outlier, antenna_cam_m_, 0, 2));
+    found_.vertical_ratio =
+        Believed(Spread(refined, found_.positions, found_.outlier, antenna_cam_m_, 2, 1));
+    return refined;
+  }
+
+  void CountIndependent() {
+    const double used = found_.used();
+    const double duration_s =
+        SecondsBetween(found_.positions.front().camera.time, found_.positions.back().camera.time);
+    const double independent =
+        noise_.correlation_s > 0 ? 1 + duration_s / (2 * noise_.correlation_s) : used;
+    found_.fixes_per_independent = std::max(1.0, used / independent);
+  }
+
+  std::vector<Eigen::Vector3d> PerSigma() const {
+    std::vector<Eigen::Vector3d> per_sigma(found_.positions.size(), Eigen::Vector3d::Zero());
+    for (size_t i = 0; i < per_sigma.size(); ++i) {
+      if (!found_.outlier[i]) per_sigma[i] = found_.IndependentSigma(i).cwiseInverse();
+    }
+    return per_sigma;
+  }
+
+  void Conclude(const Estimate& estimate) {
+    found_.local_from_world = estimate.local_from_world;
+    Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+    for (size_t i = 0; i < found_.positions.size(); ++i) {
+      if (!found_.outlier[i])
+        squares += Residual(estimate, found_.positions[i], antenna_cam_m_).cwiseAbs2();
+    }
+    squares /= found_.used();
+    found_.horizontal_rms_m = std::sqrt(squares.x() + squares.y());
+    found_.vertical_rms_m = std::sqrt(squares.z());
+    const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
+                                options_);
+    const Matrix8d information = refinement.Linearize(estimate, PerSigma()).information;
+    const Eigen::LLT<Matrix8d> factor(information);
+    found_.covariance = factor.info() == Eigen::Success
+                            ? Matrix8d(factor.solve(Matrix8d::Identity()))
+                            : Matrix8d(Matrix8d::Constant(1e12));
+  }
+
+  std::string TooFew() const {
+    return fmt::format(
+        "{} of {} fixes lie on the path of the camera: expected at least {}; the fixes span {}, "
+        "the path {}",
+        found_.used(), fixes_.size(), options_.min_fixes, Span(fixes_), Span(path_));
+  }
+
+  GeoreferenceAttempt Judge() const {
+    const double scale_sigma = found_.scale_sigma();
+    if (!(scale_sigma <= options_.max_scale_sigma)) {
+      return {std::nullopt,
+              fmt::format("the flight is too short for its fixes: they leave the scale open by "
+                          "{:.0f} %, expected at most {:.0f} %",
+                          100 * scale_sigma, 100 * options_.max_scale_sigma)};
+    }
+    const double turn_sigma_deg = found_.turn_sigma_rad() / kDegree;
+    if (!(turn_sigma_deg <= options_.max_turn_sigma_deg)) {
+      return {std::nullopt,
+              fmt::format("the flight is too straight or too short for its fixes: they leave the "
+                          "orientation open by {:.1f} degrees, expected at most {:.1f}",
+                          turn_sigma_deg, options_.max_turn_sigma_deg)};
+    }
+    return {found_, ""};
+  }
+
+  const Trajectory& path_;
+  const std::vector<LocalFix>& fixes_;
+  const Eigen::Vector3d antenna_cam_m_;
+  const ClockPrior clock_;
+  const GnssNoise noise_;
+  const GeoreferenceOptions options_;
+  Georeference found_;
+};
+
+}  // namespace
+
+void GeoreferenceOptions::Check() const {
+  CheckRange("sensors.georeference.min_fixes", min_fixes, 3, 1'000'000);
+  CheckPositive("sensors.georeference.outlier_sigmas", outlier_sigmas, 1000);
+  CheckPositive("sensors.georeference.max_scale_sigma", max_scale_sigma, 10);
+  CheckPositive("sensors.georeference.max_turn_sigma_deg", max_turn_sigma_deg, 180);
+  CheckRange("sensors.georeference.level_sigma_deg", level_sigma_deg, 0.001, 180);
+  CheckRange("sensors.georeference.max_gap_s", max_gap_s, 0, 1e6);
+}
+
+int Georeference::used() const {
+  return static_cast<int>(std::count(outlier.begin(), outlier.end(), 0));
+}
+
+double Georeference::scale_sigma() const { return std::sqrt(covariance(kLogScale, kLogScale)); }
+
+double Georeference::turn_sigma_rad() const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance.block<3, 3>(kTurn, kTurn));
+  return std::sqrt(axes.eigenvalues().maxCoeff());
+}
+
+Eigen::Vector3d Georeference::IndependentSigma(size_t i) const {
+  const PositionOnPath& at = positions[i];
+  Eigen::Vector3d ratio(horizontal_ratio, horizontal_ratio, vertical_ratio);
+  // What a receiver states holds until the path shows it to be too small: a short flight does not
+  // see how slowly its errors change.
+  if (at.sigma_is_stated) ratio = ratio.cwiseMax(1);
+  return std::sqrt(fixes_per_independent) * at.sigma_m.cwiseProduct(ratio);
+}
+
+GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
+                                     const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
+                                     const GnssNoise& noise, const GeoreferenceOptions& options) {
+  noise.Check();
+  options.Check();
+  return RobustFit(path, fixes, antenna_cam_m, clock, noise, options).Run();
+}
+
+}  // namespace deepuav

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/geometry/sim3.h"
+#include "deepuav/sensors/positions_on_path.h"
+
+namespace deepuav {
+
+/// When a path is told its place on Earth.
+struct GeoreferenceOptions {
+  int min_fixes = 5;               ///< On the path, outliers not counted.
+  double outlier_sigmas = 4;       ///< Distance of an outlier, over the spread of the others.
+  double max_scale_sigma = 0.1;    ///< Standard deviation of the scale, as a share of it.
+  double max_turn_sigma_deg = 10;  ///< Of the map's orientation, about any axis.
+  double level_sigma_deg = 5;  ///< How level the camera's x axis is taken to be, in the mean of a
+                               ///< flight.
+  double max_gap_s = 2;        ///< Of path and fixes, to interpolate in.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("min_fixes", min_fixes, "", "fixes on the path without which its place is not told");
+    visit("outlier_sigmas", outlier_sigmas, "",
+          "distance of an outlier from the path, over the spread of the other fixes");
+    visit("max_scale_sigma", max_scale_sigma, "",
+          "standard deviation of the scale, as a share, above which the place is not told");
+    visit("max_turn_sigma_deg", max_turn_sigma_deg, "deg",
+          "the same of the orientation, about any axis");
+    visit("level_sigma_deg", level_sigma_deg, "deg",
+          "how level the camera's horizontal axis is taken to be, in the mean of a flight");
+    visit("max_gap_s", max_gap_s, "s", "longest gap of path or fixes that is interpolated");
+  }
+};
+
+/// The order of the parameters of a georeference.
+enum GeoreferenceParameter { kTurn = 0, kShift = 3, kLogScale = 6, kClockOffset = 7 };
+using Vector8d = Eigen::Matrix<double, 8, 1>;
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+
+/// Where a map lies on Earth.
+struct Georeference {
+  Sim3 local_from_world;                   ///< Metres east, north and up.
+  Matrix8d covariance = Matrix8d::Zero();  ///< Of a turn and shift from the left, the logarithm of
+                                           ///< the scale, the clock offset.
+  double clock_offset_s = 0;               ///< To be added to the fixes' times.
+  /// Spread of the fixes about the path, east and north, and up, over what they state; at least 1
+  /// where they state it.
+  double horizontal_ratio = 1, vertical_ratio = 1;
+  double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used.
+  /// So many fixes tell as much as one whose error is independent of the others'.
+  double fixes_per_independent = 1;
+  std::vector<PositionOnPath> positions;  ///< As given to Georeferencer, times on the camera's
+                                          ///< clock.
+  std::vector<uint8_t> outlier;           ///< One per position.
+
+  int used() const;
+  double scale_sigma() const;     ///< Relative.
+  double turn_sigma_rad() const;  ///< About the least certain axis.
+  /// The standard deviations that position i shall count with where all are taken as independent;
+  /// metres.
+  Eigen::Vector3d IndependentSigma(size_t i) const;
+};
+
+/// The clock of a receiver: its offset is searched about 0 where sigma is above 0, else it is
+/// `offset_s`.
+struct ClockPrior {
+  double offset_s = 0, sigma_s = 0;
+};
+
+struct GeoreferenceAttempt {
+  std::optional<Georeference> found;
+  std::string reason;  ///< Why nothing was found, for a person.
+};
+
+/// Finds the similarity (and, where its prior leaves it open, the clock offset) under which the
+/// antenna's path lies nearest to the fixes: hypotheses from three fixes each, judged by the median
+/// distance, then iteratively reweighted least squares over all that are no outliers. The errors of
+/// fixes count as correlated over `noise.correlation_s`. Refused, with the reason, where fixes are
+/// too few or their covariance leaves scale or orientation open: straight or short flights, or a
+/// hover. The same input gives the same result.
+GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
+                                     const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
+                                     const GnssNoise& noise, const GeoreferenceOptions& options);
+
+}  // namespace deepuav

@@ -1,0 +1,222 @@
+#include "deepuav/sensors/georeference.h"
+
+#include <gtest/gtest.h>
+
+#include "deepuav/base/random.h"
+#include "support/flights.h"
+
+namespace deepuav {
+namespace {
+
+const Eigen::Vector3d kAntenna(0.1, -0.2, 0.05);
+constexpr double kFixRate_hz = 5;
+/// What the camera makes of the flight: another scale, another place.
+const Sim3 kMapFromLocal(0.05, RotationExp({0.3, -1.2, 0.4}), {1, -2, 3});
+
+/// A flight over some hundred metres, its camera level in the mean.
+Trajectory Flight(double duration_s, double size = 10) {
+  Trajectory flight = MakeFlight(static_cast<int>(10 * duration_s), 10);
+  for (TimedPose& pose : flight) {
+    pose.world_from_cam = SE3(pose.world_from_cam.rotation() * RotationExp({-M_PI / 2, 0, 0}),
+                              Eigen::Vector3d(size * pose.world_from_cam.translation()));
+  }
+  return flight;
+}
+
+std::vector<LocalFix> FixesOf(const Trajectory& flight, double sigma_m, Random* random) {
+  std::vector<LocalFix> fixes;
+  for (size_t i = 0; i < flight.size(); i += 2) {
+    LocalFix fix{flight[i].time, flight[i].world_from_cam * kAntenna,
+                 Eigen::Vector3d::Constant(sigma_m), true};
+    for (double& value : fix.position_m) value += random->Gaussian(sigma_m);
+    fixes.push_back(fix);
+  }
+  return fixes;
+}
+
+/// The largest distance of the georeferenced path from the true one.
+double LargestError(const Georeference& found, const Trajectory& flight) {
+  double largest = 0;
+  for (const TimedPose& pose : MoveTrajectory(kMapFromLocal, flight)) {
+    const auto& truth = flight[static_cast<size_t>(
+        std::llround(SecondsBetween(flight.front().time, pose.time) * 10))];
+    largest = std::max(largest, (found.local_from_world * pose.world_from_cam.translation() -
+                                 truth.world_from_cam.translation())
+                                    .norm());
+  }
+  return largest;
+}
+
+class GeoreferenceTest : public ::testing::Test {
+ protected:
+  GeoreferenceAttempt Find() const {
+    return FindGeoreference(MoveTrajectory(kMapFromLocal, flight_), fixes_, kAntenna, clock_,
+                            noise_, options_);
+  }
+
+  Random random_{3};
+  Trajectory flight_ = Flight(60);
+  std::vector<LocalFix> fixes_ = FixesOf(flight_, 0.5, &random_);
+  ClockPrior clock_;
+  GnssNoise noise_;
+  GeoreferenceOptions options_;
+};
+
+TEST_F(GeoreferenceTest, ExactFixesGiveTheExactPlace) {
+  fixes_ = FixesOf(flight_, 1e-9, &random_);
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 1e-5);
+  EXPECT_NEAR(attempt.found->local_from_world.scale(), 20, 1e-5);
+}
+
+TEST_F(GeoreferenceTest, NoiseIsAveraged) {
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 0.25);
+  EXPECT_EQ(attempt.found->used(), 300);
+  EXPECT_NEAR(attempt.found->horizontal_ratio, 1, 0.15);
+  EXPECT_NEAR(attempt.found->horizontal_rms_m, 0.5 * std::sqrt(2), 0.1);
+}
+
+TEST_F(GeoreferenceTest, OutliersAreLeftOut) {
+  for (size_t i = 0; i < fixes_.size(); i += 10) {
+    const double angle = random_.Uniform(0, 2 * M_PI);
+    fixes_[i].position_m += Eigen::Vector3d(20 * std::cos(angle), 20 * std::sin(angle), 0);
+  }
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 0.25);
+  EXPECT_NEAR(attempt.found->used(), 270, 3);
+  EXPECT_TRUE(attempt.found->outlier[0]);
+}
+
+TEST_F(GeoreferenceTest, SpoofedFixesAreLeftOut) {
+  for (size_t i = 100; i < 100 + 15 * static_cast<size_t>(kFixRate_hz); ++i)
+    fixes_[i].position_m += Eigen::Vector3d(30, 0, 0);
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 0.25);
+}
+
+TEST_F(GeoreferenceTest, ASigmaStatedTooSmallIsNoticed) {
+  for (LocalFix& fix : fixes_) fix.sigma_m /= 5;
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 0.25);
+  EXPECT_NEAR(attempt.found->horizontal_ratio, 5, 0.7);
+  EXPECT_GT(attempt.found->used(), 285);
+}
+
+TEST_F(GeoreferenceTest, TheCovarianceIsThatOfManyTries) {
+  noise_.correlation_s = 0;
+  double squares = 0, stated = 0;
+  constexpr int kTries = 40;
+  for (int i = 0; i < kTries; ++i) {
+    fixes_ = FixesOf(flight_, 0.5, &random_);
+    const auto attempt = Find();
+    ASSERT_TRUE(attempt.found) << attempt.reason;
+    squares += std::pow(std::log(attempt.found->local_from_world.scale() / 20), 2) / kTries;
+    stated += attempt.found->scale_sigma() / kTries;
+  }
+  EXPECT_NEAR(std::sqrt(squares) / stated, 1, 0.35);
+}
+
+TEST_F(GeoreferenceTest, AClockOffsetIsFoundWhereItIsOpen) {
+  for (LocalFix& fix : fixes_) fix.time.nanoseconds -= 700000000;
+  clock_.sigma_s = 1;
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_NEAR(attempt.found->clock_offset_s, 0.7, 0.02);
+  EXPECT_LT(LargestError(*attempt.found, flight_), 0.3);
+}
+
+TEST_F(GeoreferenceTest, AClockOffsetThatIsGivenIsKept) {
+  for (LocalFix& fix : fixes_) fix.time.nanoseconds -= 700000000;
+  clock_.offset_s = 0.7;
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_NEAR(attempt.found->clock_offset_s, 0.7, 1e-6);
+}
+
+TEST_F(GeoreferenceTest, FixesWithoutAltitudeTellALevelFlight) {
+  for (TimedPose& pose : flight_) {
+    Eigen::Vector3d position = pose.world_from_cam.translation();
+    position.z() = 30;
+    pose.world_from_cam = SE3(pose.world_from_cam.rotation(), position);
+  }
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  for (LocalFix& fix : fixes_) {
+    fix.position_m.z() = 30;
+    fix.sigma_m.z() = 5;
+  }
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(LargestError(*attempt.found, flight_), 1);
+}
+
+TEST_F(GeoreferenceTest, AHoverIsRefused) {
+  flight_ = Flight(60, 0.01);
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  const auto attempt = Find();
+  EXPECT_FALSE(attempt.found);
+  EXPECT_NE(attempt.reason.find("leave the"), std::string::npos) << attempt.reason;
+}
+
+TEST_F(GeoreferenceTest, AStraightFlightIsToldByALevelCameraOnly) {
+  for (TimedPose& pose : flight_) {
+    const double x = 5 * SecondsBetween(flight_.front().time, pose.time);
+    pose.world_from_cam = SE3(RotationExp({-M_PI / 2, 0, 0}), Eigen::Vector3d(x, 0, 0));
+  }
+  // Along the camera's x axis nothing tells the turn about it.
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  const auto refused = Find();
+  EXPECT_FALSE(refused.found);
+  EXPECT_NE(refused.reason.find("orientation"), std::string::npos) << refused.reason;
+  for (TimedPose& pose : flight_) {
+    pose.world_from_cam = SE3(RotationExp({0, 0, -M_PI / 2}) * RotationExp({-M_PI / 2, 0, 0}),
+                              pose.world_from_cam.translation());
+  }
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_GT(attempt.found->turn_sigma_rad(), 0.05);
+}
+
+TEST_F(GeoreferenceTest, FewFixesAreRefused) {
+  fixes_.resize(4);
+  const auto attempt = Find();
+  EXPECT_FALSE(attempt.found);
+  EXPECT_NE(attempt.reason.find("expected at least 5"), std::string::npos) << attempt.reason;
+}
+
+TEST_F(GeoreferenceTest, ErrorsThatLastAreWorthFewerFixes) {
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_NEAR(attempt.found->fixes_per_independent, 300 / 1.5, 2);
+  EXPECT_NEAR(attempt.found->IndependentSigma(0).x(), 0.5 * std::sqrt(200), 1.5);
+}
+
+TEST(PlaceOnPath, FixesThatComeMoreOftenAreInterpolated) {
+  const Trajectory path{{AtSeconds(0), SE3()}, {AtSeconds(3), SE3()}, {AtSeconds(6), SE3()}};
+  std::vector<LocalFix> fixes;
+  for (int i = 0; i < 60; ++i)
+    fixes.push_back(
+        {AtSeconds(0.1 * i + 0.05), Eigen::Vector3d(0.1 * i, 0, 0), Eigen::Vector3d::Ones()});
+  const auto placed = PlaceOnPath(path, fixes, 0, 2);
+  ASSERT_EQ(placed.size(), 1u);  // Nothing is extrapolated.
+  EXPECT_NEAR(placed[0].position_m.x(), 2.95, 1e-9);
+}
+
+TEST(PlaceOnPath, ALongGapIsNotBridged) {
+  Trajectory path;
+  for (int i = 0; i < 10; ++i) path.push_back({AtSeconds(i < 5 ? i * 0.1 : 10 + i * 0.1), SE3()});
+  const std::vector<LocalFix> fixes{
+      {AtSeconds(0.25), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
+      {AtSeconds(5), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
+      {AtSeconds(10.75), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()}};
+  EXPECT_EQ(PlaceOnPath(path, fixes, 0, 2).size(), 2u);
+}
+
+}  // namespace
+}  // namespace deepuav

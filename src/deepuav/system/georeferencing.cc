@@ -1,0 +1,204 @@
+#include "deepuav/system/georeferencing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "deepuav/base/logging.h"
+#include "deepuav/base/option_bounds.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kRounds = 2;  // Who is an outlier shows better once the fixes took out the drift.
+
+}  // namespace
+
+void BarometerNoise::Check() const {
+  CheckRange("sensors.barometer.sigma_m", sigma_m, 0.001, 10'000);
+  CheckRange("sensors.barometer.drift_m_sqrt_s", drift_m_sqrt_s, 0, 10'000);
+  CheckRange("sensors.barometer.step_s", step_s, 0.001, 1e6);
+  CheckRange("sensors.barometer.window_s", window_s, 0, 1e6);
+}
+
+void SensorOptions::Check() const {
+  // To the epoch of GPS and of Unix, for receivers that count from elsewhere than the images.
+  CheckRange("sensors.gnss_clock_offset_s", gnss_clock_offset_s, -4e9, 4e9);
+  gnss.Check();
+  barometer.Check();
+  georeference.Check();
+}
+
+Georeferencing::Georeferencing(const SensorStreams& streams, const SensorOptions& options,
+                               Mapper* mapper, Atlas* atlas)
+    : streams_(streams), options_(options), mapper_(mapper), atlas_(atlas) {
+  if (streams.gnss.fixes.empty()) return;
+  const GnssFix& first = streams.gnss.fixes.front();
+  origin_ = {first.latitude_deg, first.longitude_deg, first.altitude_m.value_or(0)};
+  fixes_ = LocalFixes(streams.gnss.fixes, origin_, options.gnss);
+}
+
+GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecord>& records,
+                                         Pinhole* pinhole, bool refine_focal,
+                                         const std::function<bool()>& stop) {
+  GeoreferenceReport report;
+  report.origin = origin_;
+  ClockPrior clock{options_.gnss_clock_offset_s,
+                   options_.search_gnss_clock ? streams_.gnss.clock_sigma_s : 0};
+  GeoreferenceAttempt attempt = Find(PathIn(map, records), clock);
+  report.reason = attempt.reason;
+  if (!attempt.found) return report;
+  report.found = attempt.found;
+  mapper_->ChangeGauge(map, attempt.found->local_from_world,
+                       {GaugeKind::kGeoreferenced, origin_, attempt.found->scale_sigma()});
+  clock = {attempt.found->clock_offset_s, 0};
+  for (int round = 0; round < kRounds && !(stop && stop()); ++round) {
+    // Outliers and spread about the path as it is now; its place follows from the factors.
+    attempt = Find(PathIn(map, records), clock);
+    if (!attempt.found) break;
+    const MapFactors factors = FactorsOf(map, *attempt.found);
+    mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &factors);
+    report.height_steps = static_cast<int>(factors.height_steps.size());
+  }
+  const Trajectory path = PathIn(map, records);
+  if (attempt = Find(path, clock); attempt.found) {
+    report.fixes = static_cast<int>(attempt.found->positions.size());
+    report.used = attempt.found->used();
+    report.horizontal_rms_m = attempt.found->horizontal_rms_m;
+    report.vertical_rms_m = attempt.found->vertical_rms_m;
+  }
+  return report;
+}
+
+std::map<MapId, GeoreferenceReport> Georeferencing::ApplyToAll(
+    const std::vector<MapId>& maps, const std::vector<FrameRecord>& records, Pinhole* pinhole,
+    const std::function<bool(MapId)>& refines_focal, const std::function<bool()>& stop) {
+  std::map<MapId, GeoreferenceReport> reports;
+  for (const MapId map : maps) {
+    if (stop && stop()) break;
+    if (atlas_->GaugeOf(map).kind == GaugeKind::kGeoreferenced) continue;
+    GeoreferenceReport& report = reports[map];
+    report = Apply(map, records, pinhole, refines_focal(map), stop);
+    if (report.found) {
+      Log().info("map {} is georeferenced by {} of {} fixes, {:.2f} m from its path", map.value,
+                 report.used, report.fixes, report.horizontal_rms_m);
+    } else {
+      Log().warn("map {} is not georeferenced: {}", map.value, report.reason);
+    }
+  }
+  return reports;
+}
+
+Trajectory Georeferencing::PathIn(MapId map, const std::vector<FrameRecord>& records) const {
+  const Map& in = atlas_->At(map);
+  std::map<FrameId, const Keyframe*> keyframes;
+  in.keyframes().ForEach(
+      [&](const Keyframe& keyframe) { keyframes.emplace(keyframe.frame.id, &keyframe); });
+  Trajectory path;
+  for (const FrameRecord& record : records) {
+    if (!record.located() || atlas_->Current(record.map) != in.id()) continue;
+    const auto keyframe = keyframes.find(record.id);
+    const bool is_keyframe =
+        keyframe != keyframes.end() && keyframe->second->frame.time == record.time;
+    const SE3 cam_from_world =
+        is_keyframe ? keyframe->second->cam_from_world : in.PoseOf(record.pose);
+    path.push_back({record.time, cam_from_world.Inverse()});
+  }
+  return path;
+}
+
+std::vector<Georeferencing::TimedKeyframe> Georeferencing::KeyframesOf(MapId map) const {
+  std::vector<TimedKeyframe> keyframes;
+  atlas_->At(map).keyframes().ForEach([&](const Keyframe& keyframe) {
+    keyframes.push_back({keyframe.frame.time, keyframe.id});
+  });
+  std::stable_sort(keyframes.begin(), keyframes.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  return keyframes;
+}
+
+GeoreferenceAttempt Georeferencing::Find(const Trajectory& path, const ClockPrior& clock) const {
+  return FindGeoreference(path, fixes_, streams_.gnss.antenna_cam_m, clock, options_.gnss,
+                          options_.georeference);
+}
+
+MapFactors Georeferencing::FactorsOf(MapId map, const Georeference& found) const {
+  const std::vector<TimedKeyframe> keyframes = KeyframesOf(map);
+  MapFactors factors;
+  AddPositions(atlas_->At(map), keyframes, found, &factors);
+  AddHeightSteps(keyframes, &factors);
+  AddLevels(keyframes, &factors);
+  return factors;
+}
+
+/// A fix belongs to the keyframe next in time, as a point fixed to it: where the path has the
+/// antenna then.
+void Georeferencing::AddPositions(const Map& map, const std::vector<TimedKeyframe>& keyframes,
+                                  const Georeference& found, MapFactors* factors) const {
+  size_t next = 0;
+  for (size_t i = 0; i < found.positions.size(); ++i) {
+    if (found.outlier[i]) continue;
+    const PositionOnPath& at = found.positions[i];
+    const auto distance_s = [&](size_t k) {
+      return std::abs(SecondsBetween(keyframes[k].time, at.camera.time));
+    };
+    while (next + 1 < keyframes.size() && distance_s(next + 1) <= distance_s(next)) ++next;
+    const Keyframe& keyframe = map.At(keyframes[next].id);
+    PositionFactor factor;
+    factor.point_cam =
+        keyframe.cam_from_world * (at.camera.world_from_cam * streams_.gnss.antenna_cam_m);
+    factor.position_world = at.position_m;
+    factor.per_sigma = found.IndependentSigma(i).cwiseInverse();
+    factors->positions.push_back({keyframe.id, factor});
+  }
+}
+
+std::optional<Georeferencing::Height> Georeferencing::BarometerAt(Timestamp time) const {
+  const auto& samples = streams_.barometer.samples;
+  const auto window_ns = static_cast<int64_t>(options_.barometer.window_s * 1e9);
+  const auto from =
+      std::lower_bound(samples.begin(), samples.end(), Timestamp{time.nanoseconds - window_ns},
+                       [](const BarometerSample& sample, Timestamp t) { return sample.time < t; });
+  double sum = 0, count = 0;
+  for (auto at = from; at != samples.end() && at->time.nanoseconds <= time.nanoseconds + window_ns;
+       ++at) {
+    sum += at->altitude_m;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Height{sum / count, options_.barometer.sigma_m * options_.barometer.sigma_m / count};
+}
+
+void Georeferencing::AddHeightSteps(const std::vector<TimedKeyframe>& keyframes,
+                                    MapFactors* factors) const {
+  std::optional<std::pair<TimedKeyframe, Height>> last;
+  for (const TimedKeyframe& keyframe : keyframes) {
+    if (last && SecondsBetween(last->first.time, keyframe.time) < options_.barometer.step_s)
+      continue;
+    const std::optional<Height> height = BarometerAt(keyframe.time);
+    if (!height) continue;
+    if (last) {
+      const double drift_m = options_.barometer.drift_m_sqrt_s;
+      const double variance = last->second.variance_m2 + height->variance_m2 +
+                              drift_m * drift_m * SecondsBetween(last->first.time, keyframe.time);
+      HeightStepFactor factor;
+      factor.first_point_cam = factor.second_point_cam = streams_.barometer.sensor_cam_m;
+      factor.step_world = height->height_m - last->second.height_m;
+      factor.per_sigma = 1 / std::sqrt(variance);
+      factors->height_steps.push_back({last->first.id, keyframe.id, factor});
+    }
+    last = {keyframe, *height};
+  }
+}
+
+/// So weak each that all together say what the options say of their mean.
+void Georeferencing::AddLevels(const std::vector<TimedKeyframe>& keyframes,
+                               MapFactors* factors) const {
+  const double sigma = options_.georeference.level_sigma_deg * kDegree;
+  const double per_sigma = 1 / (sigma * std::sqrt(static_cast<double>(keyframes.size())));
+  for (const TimedKeyframe& keyframe : keyframes)
+    factors->levels.push_back({keyframe.id, {.per_sigma = per_sigma}});
+}
+
+}  // namespace deepuav

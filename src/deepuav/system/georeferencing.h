@@ -1,0 +1,111 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/map/atlas.h"
+#include "deepuav/mapping/mapper.h"
+#include "deepuav/sensors/georeference.h"
+#include "deepuav/sensors/streams.h"
+#include "deepuav/system/frame_record.h"
+
+namespace deepuav {
+
+/// What a barometer is trusted with: differences, as the weather moves its zero.
+struct BarometerNoise {
+  double sigma_m = 0.3;          ///< White error of a sample.
+  double drift_m_sqrt_s = 0.05;  ///< Random walk of the zero, m/sqrt(s).
+  double step_s = 2;             ///< Between two keyframes whose heights are compared, at least.
+  double window_s = 0.25;        ///< About a keyframe, of the samples that are averaged.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("sigma_m", sigma_m, "m", "standard deviation of the white error");
+    visit("drift_m_sqrt_s", drift_m_sqrt_s, "m/sqrt(s)", "random walk of the zero");
+    visit("step_s", step_s, "s", "least time between two keyframes whose heights are compared");
+    visit("window_s", window_s, "s", "about a keyframe, of the samples that are averaged");
+  }
+};
+
+struct SensorOptions {
+  double gnss_clock_offset_s = 0;  ///< Added to the fixes' times, or where the search begins.
+  bool search_gnss_clock = true;   ///< Where the receiver has a clock of its own.
+  GnssNoise gnss;
+  BarometerNoise barometer;
+  GeoreferenceOptions georeference;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("gnss_clock_offset_s", gnss_clock_offset_s, "s",
+          "added to the times of the fixes, or where the search for it begins");
+    visit("search_gnss_clock", search_gnss_clock, "",
+          "search the clock offset where the receiver has a clock of its own");
+  }
+};
+
+/// How a map came to its place on Earth.
+struct GeoreferenceReport {
+  std::optional<Georeference> found;  ///< Before the map was adjusted with the fixes.
+  std::string reason;                 ///< Why not, for a person.
+  GeoPoint origin;
+  int fixes = 0;                                    ///< That lie on the path.
+  int used = 0;                                     ///< Of these, no outliers.
+  int height_steps = 0;                             ///< Of the barometer.
+  double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used, at the end.
+};
+
+/// Gives maps their place on Earth at the end of a run: finds the similarity under which the path
+/// lies nearest to the fixes, changes the map's gauge, and adjusts the map once more with the fixes
+/// and the barometer's height steps.
+class Georeferencing {
+ public:
+  /// All must outlive it.
+  Georeferencing(const SensorStreams& streams, const SensorOptions& options, Mapper* mapper,
+                 Atlas* atlas);
+
+  /// `records`: of all frames, their anchored poses valid.
+  GeoreferenceReport Apply(MapId map, const std::vector<FrameRecord>& records, Pinhole* pinhole,
+                           bool refine_focal, const std::function<bool()>& stop);
+
+  /// The same, one after another, for all of these maps that have no place yet: by an earlier run.
+  /// `refines_focal`: whether with a map the focal length is refined.
+  std::map<MapId, GeoreferenceReport> ApplyToAll(const std::vector<MapId>& maps,
+                                                 const std::vector<FrameRecord>& records,
+                                                 Pinhole* pinhole,
+                                                 const std::function<bool(MapId)>& refines_focal,
+                                                 const std::function<bool()>& stop);
+
+ private:
+  struct TimedKeyframe {
+    Timestamp time;
+    KeyframeId id;
+  };
+
+  Trajectory PathIn(MapId map, const std::vector<FrameRecord>& records) const;
+  std::vector<TimedKeyframe> KeyframesOf(MapId map) const;
+  GeoreferenceAttempt Find(const Trajectory& path, const ClockPrior& clock) const;
+  MapFactors FactorsOf(MapId map, const Georeference& found) const;
+  void AddPositions(const Map& map, const std::vector<TimedKeyframe>& keyframes,
+                    const Georeference& found, MapFactors* factors) const;
+  void AddHeightSteps(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
+  void AddLevels(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
+  /// The barometer's height at a moment, and the variance of its white error.
+  struct Height {
+    double height_m, variance_m2;
+  };
+  std::optional<Height> BarometerAt(Timestamp time) const;
+
+  const SensorStreams& streams_;
+  const SensorOptions options_;
+  Mapper* mapper_;
+  Atlas* atlas_;
+  GeoPoint origin_;
+  std::vector<LocalFix> fixes_;
+};
+
+}  // namespace deepuav

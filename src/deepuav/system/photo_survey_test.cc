@@ -1,0 +1,93 @@
+#include "deepuav/system/photo_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/sensors/geodesy.h"
+#include "support/synthetic_flight.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kHeight_m = 40, kInterval_s = 2;
+const GeoPoint kOrigin{47.4, 8.5, 500};
+
+FeatureWorld Ground() {
+  Random random(1);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksOnGround(2500, {-50, -45}, {120, 95}, 3, &random);
+  return FeatureWorld(geometry, 2);
+}
+
+/// A survey whose photographs have position fixes: metres of the world are metres east, north and
+/// up.
+class PhotoSurveyTest : public ::testing::Test {
+ protected:
+  PhotoSurveyTest() : flight_(MakeFlight(Ground(), Path(), {0.5, 0.3, 0.02, 30}, 4)) {
+    flight_.frame_interval_s = kInterval_s;
+    Random random(5);
+    for (size_t i = 0; i < flight_.cam_from_world.size(); ++i) {
+      const GeoPoint point = GeoFromLocal(kOrigin, Truth(i) + 0.3 * RandomDirection(&random));
+      sensors_.gnss.fixes.push_back(
+          {{static_cast<int64_t>(1e9 * kInterval_s) * std::ssize(sensors_.gnss.fixes)},
+           point.latitude_deg,
+           point.longitude_deg,
+           point.altitude_m,
+           Eigen::Vector3d::Constant(0.3)});
+    }
+    options_.survey.sequence_neighbours = 100;
+    options_.sensors.gnss.correlation_s = 0;
+  }
+
+  static std::vector<SE3> Path() {
+    Random random(3);
+    std::vector<SE3> poses;
+    for (const SE3& pose : SurveyPath(3, 5, 14, kHeight_m))
+      poses.push_back(Perturbed(pose, 0.5, 0.06, &random));
+    return poses;
+  }
+
+  Eigen::Vector3d Truth(size_t i) const { return flight_.cam_from_world[i].InverseTranslation(); }
+
+  SurveyRun Run(const SensorStreams& sensors) {
+    PreparedFeatures extractor(flight_.features);
+    NearestNeighbourMatcher matcher({});
+    NumberedImages images(flight_.size(), kInterval_s);
+    return RunSurvey(flight_.camera, 0, options_, Perception{&extractor, &matcher}, &images,
+                     nullptr, nullptr, sensors);
+  }
+
+  SyntheticFlight flight_;
+  SensorStreams sensors_;
+  SystemOptions options_;
+};
+
+TEST_F(PhotoSurveyTest, FixesGiveTheMapItsPlaceOnEarth) {
+  const SurveyRun run = Run(sensors_);
+  ASSERT_EQ(run.result.failure, "");
+  const Gauge gauge = run.outcome.atlas.GaugeOf(MapId{0});
+  ASSERT_EQ(gauge.kind, GaugeKind::kGeoreferenced);
+  const GeoreferenceReport& report = run.result.georeferences.at(MapId{0});
+  EXPECT_EQ(report.used, flight_.size());
+  double squares = 0;
+  for (size_t i = 0; i < run.result.frames.size(); ++i) {
+    const FrameRecord& record = run.result.frames[i];
+    ASSERT_TRUE(record.located());
+    squares += (LocalFromLocal(kOrigin, gauge.origin) * record.cam_from_world.InverseTranslation() -
+                Truth(i))
+                   .squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(squares / flight_.size()), 0.3);
+}
+
+TEST_F(PhotoSurveyTest, WithoutFixesTheMapIsFree) {
+  const SurveyRun run = Run({});
+  EXPECT_EQ(run.outcome.atlas.GaugeOf(MapId{0}).kind, GaugeKind::kFree);
+  EXPECT_TRUE(run.result.georeferences.empty());
+  EXPECT_EQ(run.result.frames.size(), flight_.features.size());
+}
+
+}  // namespace
+}  // namespace deepuav
