@@ -173,8 +173,8 @@ void Mutator::MoveLine(std::string* input) {
   if (random_.Index(2) == 0) input->insert(Position(*input), line);
 }
 
-void Fuzz(const Strings& seeds, int base_count,
-          const std::function<void(const std::string&)>& read) {
+void Fuzz(const Strings& seeds, int base_count, const std::function<void(const std::string&)>& read,
+          double min_refused_share) {
   const int64_t count = base_count * NumberIn("DEEPUAV_FUZZ_FACTOR", 1);
   const int64_t seconds = NumberIn("DEEPUAV_FUZZ_SECONDS", 0);
   for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
@@ -198,7 +198,7 @@ void Fuzz(const Strings& seeds, int base_count,
     EXPECT_LT(watch.Seconds(), kMaxSecondsPerInput) << "input " << i;
     EXPECT_LT(PeakMemoryKiB() - memory_before, kMaxMemoryGrowthKiB) << "input " << i;
   }
-  EXPECT_GT(refused, i / 20);
+  EXPECT_GE(static_cast<double>(refused), min_refused_share * static_cast<double>(i));
   ::testing::Test::RecordProperty("inputs", std::to_string(i));
 }
 

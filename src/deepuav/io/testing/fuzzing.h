@@ -35,8 +35,9 @@ class Mutator {
 
 /// Feeds damaged seeds to `read`, which must return or throw Error with one line, soon and in
 /// little memory: `base_count` times $DEEPUAV_FUZZ_FACTOR of them or, where $DEEPUAV_FUZZ_SECONDS
-/// is set, as many as that time allows. Some must be refused, and the seeds themselves must pass.
+/// is set, as many as that time allows. At least a share must be refused, and the seeds themselves
+/// must pass.
 void Fuzz(const std::vector<std::string>& seeds, int base_count,
-          const std::function<void(const std::string&)>& read);
+          const std::function<void(const std::string&)>& read, double min_refused_share = 0.05);
 
 }  // namespace deepuav
