@@ -12,11 +12,11 @@
 namespace deepuav {
 namespace {
 
-constexpr int kShift = 4;  // fractional bits of the coordinates that OpenCV draws at
+constexpr int kFractionalBits = 4;  // of the coordinates that OpenCV draws at
 constexpr int kPointRadius = 2;
 
 cv::Point Fixed(const Eigen::Vector2d& px) {
-  constexpr double kOne = 1 << kShift;
+  constexpr double kOne = 1 << kFractionalBits;
   return {static_cast<int>(std::lround(px.x() * kOne)),
           static_cast<int>(std::lround(px.y() * kOne))};
 }
@@ -47,9 +47,10 @@ void WriteMatchPicture(const std::filesystem::path& file, const std::filesystem:
     const cv::Point from = Fixed(a.FromOriginal(match->a_px));
     const cv::Point to = Fixed(b.FromOriginal(match->b_px) + offset);
     const cv::Scalar colour = ColourOf(match->score, lowest_score);
-    cv::line(picture, from, to, colour, 1, cv::LINE_AA, kShift);
+    cv::line(picture, from, to, colour, 1, cv::LINE_AA, kFractionalBits);
     for (const cv::Point& end : {from, to})
-      cv::circle(picture, end, kPointRadius << kShift, colour, 1, cv::LINE_AA, kShift);
+      cv::circle(picture, end, kPointRadius << kFractionalBits, colour, 1, cv::LINE_AA,
+                 kFractionalBits);
   }
   std::vector<uint8_t> png;
   if (!cv::imencode(".png", picture, png))

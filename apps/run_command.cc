@@ -164,8 +164,10 @@ void Run(const RunArguments& arguments) {
                  origin,
                  first_new_keyframe,
                  {},
-                 arguments.use,
-                 std::move(sensors.facts)};
+                 {},
+                 {}};
+  facts.use = arguments.use;
+  facts.sensors = std::move(sensors.facts);
   std::optional<ProgressBar> bar(images.count());
   const auto advance = [&](FrameId frame, const std::string& state) {
     if (facts.start_up_s == 0) facts.start_up_s = since_start.Seconds();

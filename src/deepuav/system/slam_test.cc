@@ -463,6 +463,10 @@ TEST(SystemOptions, AreAllRegisteredOnceAndChecked) {
   EXPECT_NO_THROW(options.Check());
   registry.Set("mapping.epipolar.ratio", "0");
   EXPECT_THROW(options.Check(), Error);
+  registry.Set("mapping.epipolar.ratio", "0.8");
+  registry.Set("sensors.gnss.correlation_s", "-1");
+  EXPECT_THAT([&] { options.Check(); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("sensors.gnss.correlation_s")));
   EXPECT_THROW(OptionsWith(&SystemOptions::map_delay_frames, 0).Check(), Error);
   EXPECT_THROW(OptionsWith(&SystemOptions::frames_ahead, 0).Check(), Error);
 }
