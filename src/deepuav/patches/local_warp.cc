@@ -1,6 +1,7 @@
 #include "deepuav/patches/local_warp.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 
