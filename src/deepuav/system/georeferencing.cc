@@ -22,7 +22,7 @@ void BarometerNoise::Check() const {
   CheckRange("sensors.barometer.window_s", window_s, 0, 1e6);
 }
 
-void SensorOptions::Check() const {
+void SensorUseOptions::Check() const {
   // To the epoch of GPS and of Unix, for receivers that count from elsewhere than the images.
   CheckRange("sensors.gnss_clock_offset_s", gnss_clock_offset_s, -4e9, 4e9);
   gnss.Check();
@@ -30,7 +30,7 @@ void SensorOptions::Check() const {
   georeference.Check();
 }
 
-Georeferencing::Georeferencing(const SensorStreams& streams, const SensorOptions& options,
+Georeferencing::Georeferencing(const SensorStreams& streams, const SensorUseOptions& options,
                                Mapper* mapper, Atlas* atlas)
     : streams_(streams), options_(options), mapper_(mapper), atlas_(atlas) {
   if (streams.gnss.fixes.empty()) return;

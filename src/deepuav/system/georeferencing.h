@@ -31,7 +31,7 @@ struct BarometerNoise {
   }
 };
 
-struct SensorOptions {
+struct SensorUseOptions {
   double gnss_clock_offset_s = 0;  ///< Added to the fixes' times, or where the search begins.
   bool search_gnss_clock = true;   ///< Where the receiver has a clock of its own.
   GnssNoise gnss;
@@ -65,7 +65,7 @@ struct GeoreferenceReport {
 class Georeferencing {
  public:
   /// All must outlive it.
-  Georeferencing(const SensorStreams& streams, const SensorOptions& options, Mapper* mapper,
+  Georeferencing(const SensorStreams& streams, const SensorUseOptions& options, Mapper* mapper,
                  Atlas* atlas);
 
   /// `records`: of all frames, their anchored poses valid.
@@ -101,7 +101,7 @@ class Georeferencing {
   std::optional<Height> BarometerAt(Timestamp time) const;
 
   const SensorStreams& streams_;
-  const SensorOptions options_;
+  const SensorUseOptions options_;
   Mapper* mapper_;
   Atlas* atlas_;
   GeoPoint origin_;

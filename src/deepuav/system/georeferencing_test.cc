@@ -114,7 +114,7 @@ class GeoreferencingTest : public testing::Test {
   Visit visit_;
   std::vector<FrameRecord> records_;
   SensorStreams streams_;
-  SensorOptions options_;
+  SensorUseOptions options_;
 };
 
 TEST_F(GeoreferencingTest, AMapComesToItsPlaceOnEarth) {

@@ -61,7 +61,7 @@ struct SystemOptions {
   MappingOptions mapping;
   LoopingOptions looping;
   SurveyOptions survey;
-  SensorOptions sensors;
+  SensorUseOptions sensors;
 
   void Check() const;
   template <typename Visitor>
