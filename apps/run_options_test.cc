@@ -56,7 +56,8 @@ std::string ErrorOfSetting(Options options, const std::string& name, const std::
 std::string Absurd(Random* random) {
   constexpr int kLeast = 500'000'000;
   const double value = random->Uniform(kLeast, std::numeric_limits<int>::max());
-  return (random->Uniform(0, 1) < 0.5 ? "-" : "") + std::to_string(static_cast<int>(value));
+  const int sign = random->Uniform(0, 1) < 0.5 ? -1 : 1;
+  return std::to_string(sign * static_cast<int>(value));
 }
 
 /// Seeds take any whole number from 0 on.

@@ -74,10 +74,10 @@ std::optional<NewLandmark> Propose(const Keyframe& a, const Keyframe& b, const M
   const auto detected = triangulate();
   if (!detected) return std::nullopt;
   proposed.position_world = *detected;
-  if (const auto middle = observer.ReferenceMeasurement(b, match.b)) proposed.measured_b = *middle;
   const auto measured = observer.MeasurePair(b, match.b, *detected, a, match.a);
   if (!measured) return proposed;
   proposed.measured_a = *measured;
+  proposed.measured_b = *observer.ReferenceMeasurement(b, match.b);
   const auto sharp = triangulate();
   if (!sharp) return std::nullopt;
   proposed.position_world = *sharp;

@@ -91,9 +91,10 @@ void Mapper::MeasureStart(const InitialMapRequest& request, KeyframeId first, Ke
     const auto measured =
         observer_.MeasurePair(map->At(first), point.keypoint_first, point.position_first,
                               map->At(second), point.keypoint_second);
-    const auto middle = observer_.ReferenceMeasurement(map->At(first), point.keypoint_first);
-    if (middle) map->SetMeasurement(first, landmark, *middle);
-    if (measured) map->SetMeasurement(second, landmark, *measured);
+    if (!measured) continue;
+    map->SetMeasurement(first, landmark,
+                        *observer_.ReferenceMeasurement(map->At(first), point.keypoint_first));
+    map->SetMeasurement(second, landmark, *measured);
   }
 }
 
