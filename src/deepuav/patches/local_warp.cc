@@ -67,10 +67,13 @@ std::vector<std::optional<Eigen::Matrix2d>> LocalWarps(const std::vector<PointPa
   std::vector<std::optional<Eigen::Matrix2d>> warps(pairs.size());
   for (size_t i = 0; i < pairs.size(); ++i) {
     const std::vector<int> around = NearestPairs(pairs, i, static_cast<size_t>(options.neighbours));
+    // Wrong pairs lose their weight little by little: at once, the first fit would keep them.
     std::optional<Affinity> fitted;
+    double scale_px = options.first_scale_px;
     for (int round = 0; round < options.rounds; ++round) {
-      fitted = Fit(pairs, around, pairs[i].a_px, fitted, options.max_error_px / 2);
+      fitted = Fit(pairs, around, pairs[i].a_px, fitted, scale_px);
       if (!fitted) break;
+      scale_px = std::max(scale_px / 2, options.max_error_px / 2);
     }
     if (!fitted || fitted->ErrorPx(pairs[i]) > options.max_error_px) continue;
     const auto agreeing = std::count_if(around.begin(), around.end(), [&](int k) {

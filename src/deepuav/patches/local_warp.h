@@ -12,11 +12,12 @@ struct PointPair {
 };
 
 struct LocalWarpOptions {
-  int neighbours = 16;      ///< Pairs around each that tell how its surroundings change.
+  int neighbours = 24;      ///< Pairs around each that tell how its surroundings change.
   int min_agreeing = 6;     ///< Of these; fewer tell nothing.
   double max_error_px = 4;  ///< Of a pair that agrees.
   double max_stretch = 3;   ///< Ratio of the largest to the least magnification; more is no view.
-  int rounds = 4;           ///< Of fitting, each to those that agreed with the one before.
+  double first_scale_px = 128;  ///< Error at which a pair weighs half in the first fit...
+  int rounds = 10;              ///< ...of so many, at half the error in each.
 };
 
 /// d b pixel / d a pixel around each pair, where no poses are known: the affinity of the pairs
