@@ -73,9 +73,9 @@ std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& 
 }  // namespace
 
 void DatasetOptions::Check() const {
-  constexpr double kLeast = 1e4;
-  CheckOption(working_pixels == 0 || working_pixels >= kLeast, "images.working_pixels",
-              working_pixels, "0, or at least 10000");
+  constexpr double kLeast = 1e4, kMost = 4e8;
+  CheckOption(working_pixels == 0 || (working_pixels >= kLeast && working_pixels <= kMost),
+              "images.working_pixels", working_pixels, "0, or 10000 to 400000000");
 }
 
 cv::Size WorkingSize(const cv::Size& stored, double working_pixels) {

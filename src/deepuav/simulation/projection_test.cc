@@ -58,7 +58,7 @@ TEST(RowwiseProjection, OfAGlobalShutterIsTheCamerasOwn) {
 
 TEST(RowwiseProjection, OfARollingShutterEveryPointIsSeenAtItsOwnRowsMoment) {
   const Camera camera = SmallCamera();
-  const auto pose = [](double row) { return SE3(RotationExp({0, 0.004 * row, 0}), {0, 0, 0}); };
+  const auto pose = [](double row) { return SE3(RotationExp({0, 0.001 * row, 0}), {0, 0, 0}); };
   const RowwiseProjection projection(camera, false, pose);
   Random random(2);
   int seen = 0;

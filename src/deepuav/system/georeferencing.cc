@@ -23,8 +23,8 @@ void BarometerNoise::Check() const {
 }
 
 void SensorUseOptions::Check() const {
-  // To the epoch of GPS and of Unix, for receivers that count from elsewhere than the images.
-  CheckRange("sensors.gnss_clock_offset_s", gnss_clock_offset_s, -4e9, 4e9);
+  // The epochs of GPS and of Unix are 3.2e8 s apart.
+  CheckRange("sensors.gnss_clock_offset_s", gnss_clock_offset_s, -4e8, 4e8);
   gnss.Check();
   barometer.Check();
   georeference.Check();
