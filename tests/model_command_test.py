@@ -6,6 +6,7 @@ networks and their arithmetic.
 """
 import hashlib
 import json
+import math
 import os
 import re
 import shutil
@@ -372,6 +373,16 @@ class Match(ModelTest):
         file.write_text(text)
         return file
 
+    def test_refined_places_are_more_precise(self):
+        a = png(self.folder / "a.png", self.rows)
+        b = png(self.folder / "b.png", crop(self.rows, 8, 4, 300, 220))
+
+        def median_error(*arguments):
+            matches = parse(self.succeed("match", a, b, "--precision", "fp32", *arguments))
+            return sorted(math.hypot(m[2] - m[0] + 8, m[3] - m[1] + 4) for m in matches)[len(matches) // 2]
+
+        self.assertLess(median_error(), 0.5 * median_error("--no-refine") + 0.01)
+
     def test_pair_list(self):
         images = self.folder / "images"
         images.mkdir()
@@ -379,8 +390,9 @@ class Match(ModelTest):
         png(images / "b.png", crop(self.rows, 8, 4, 300, 220))
         pairs = self.pair_list(f"a.png b.png 0.5 1 more\n\n  \n# a remark\n{a}\tb.png\nb.png a.png\n")
         out = self.folder / "out"
+        # Without refinement, which moves the places in the second image only, both ways give the same.
         printed = self.succeed("match", "--pairs", pairs, "--images", images, "--out", out, "--draw", "--precision",
-                               "fp32")
+                               "fp32", "--no-refine")
         self.assertIn("3 pairs", printed)
         self.assertEqual({file.name for file in out.iterdir()},
                          {f"0000{i}.{ending}" for i in range(3) for ending in ("txt", "png")})
@@ -389,7 +401,7 @@ class Match(ModelTest):
         self.assertEqual(first, second)
         self.assertEqual({(m[2], m[3], m[0], m[1]) for m in back}, {m[:4] for m in first})
         self.assertEqual(png_size(out / "00000.png"), (len(self.rows[0]) + 300, len(self.rows)))
-        to_stdout = self.succeed("match", "--pairs", pairs, "--precision", "fp32", folder=images)
+        to_stdout = self.succeed("match", "--pairs", pairs, "--precision", "fp32", "--no-refine", folder=images)
         parts = re.split(r"(?m)^# \d .*\n", to_stdout)
         self.assertEqual([parse(part) for part in parts[1:]], [first, second, back])
 
