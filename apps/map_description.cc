@@ -72,6 +72,14 @@ std::string MapText(MapId id, const MapSummary& map) {
   return text;
 }
 
+/// Empty where the map has none.
+std::string PlaceText(const Gauge& gauge) {
+  if (gauge.kind != GaugeKind::kGeoreferenced) return "";
+  return fmt::format("  origin        latitude {:.7f}, longitude {:.7f}, altitude {:.3f} m\n",
+                     gauge.origin.latitude_deg, gauge.origin.longitude_deg,
+                     gauge.origin.altitude_m);
+}
+
 Json VectorJson(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 Json BoxJson(const Eigen::AlignedBox3d& box) {
@@ -97,7 +105,14 @@ Json SectionsJson(const MapFileFacts& facts) {
   return sections;
 }
 
-Json MapJson(MapId id, const MapSummary& map) {
+Json OriginJson(const Gauge& gauge) {
+  if (gauge.kind != GaugeKind::kGeoreferenced) return nullptr;
+  return {{"latitude_deg", gauge.origin.latitude_deg},
+          {"longitude_deg", gauge.origin.longitude_deg},
+          {"altitude_m", gauge.origin.altitude_m}};
+}
+
+Json MapJson(MapId id, const MapSummary& map, const Gauge& gauge) {
   const bool has_keyframes = map.keyframes > 0;
   const auto if_any = [&](auto value) { return has_keyframes ? Json(value) : Json(nullptr); };
   return {{"id", id.value},
@@ -112,7 +127,8 @@ Json MapJson(MapId id, const MapSummary& map) {
           {"last_time_ns", if_any(map.last_time.nanoseconds)},
           {"path_length", map.path_length},
           {"cameras", BoxJson(map.cameras)},
-          {"points", BoxJson(map.points)}};
+          {"points", BoxJson(map.points)},
+          {"origin", OriginJson(gauge)}};
 }
 
 std::string OrUnknown(const std::string& text) { return text.empty() ? "unknown" : OneLine(text); }
@@ -129,9 +145,11 @@ std::string MapFileText(const std::string& file, const LoadedAtlas& loaded,
   text += fmt::format("features  {}\n", OrUnknown(origin.features));
   text += fmt::format("matcher   {}\n", OrUnknown(origin.matcher));
   text += fmt::format("images    {} names\n", origin.image_names.size());
-  text += "lengths   in each map's own unit, not georeferenced\n";
-  for (const MapId id : loaded.atlas.Remaining())
+  text += "lengths   in each map's own unit, metres where it has a place on Earth\n";
+  for (const MapId id : loaded.atlas.Remaining()) {
     text += MapText(id, SummariseMap(loaded.atlas.At(id)));
+    text += PlaceText(loaded.atlas.GaugeOf(id));
+  }
   return text;
 }
 
@@ -139,7 +157,7 @@ std::string MapFileJson(const std::string& file, const LoadedAtlas& loaded,
                         const MapFileFacts& facts) {
   Json maps = Json::array();
   for (const MapId id : loaded.atlas.Remaining())
-    maps.push_back(MapJson(id, SummariseMap(loaded.atlas.At(id))));
+    maps.push_back(MapJson(id, SummariseMap(loaded.atlas.At(id)), loaded.atlas.GaugeOf(id)));
   const Json json = {{"file", file},
                      {"format_version", facts.version},
                      {"bytes", facts.bytes},
