@@ -31,7 +31,7 @@ SKIPPED = 77
 FAILURE, WRONG_USE = 1, 2
 LOG_LINE = re.compile(r"(info|warning|error): ")
 OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "timings.csv",
-                "options.yaml", "summary.json"}
+                "options.yaml", "camera.yaml", "summary.json"}
 REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv")
 
 DEEPUAV = None

@@ -54,7 +54,7 @@ std::vector<Photograph> ListPhotographs(const fs::path& images) {
   for (const auto& entry :
        fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
     const fs::path& file = entry.path();
-    if (IsImageFileName(file) && !IsHidden(file, images) && entry.is_regular_file())
+    if (IsImageFileName(file) && !IsHidden(file, images) && !entry.is_directory())
       photographs.push_back({file, {}, {}, {}});
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {

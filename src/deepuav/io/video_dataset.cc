@@ -53,8 +53,9 @@ class VideoDataset : public Dataset {
  public:
   VideoDataset(const fs::path& file, const VideoCalibration& calibration,
                const DatasetOptions& options)
-      : file_(file), times_(ContainerTimes(file)) {
-    Open();
+      : file_(file) {
+    Open();  // Tells first what is no video: FFmpeg would wait for a pipe and follow a list.
+    times_ = ContainerTimes(file);
     FindCamera(calibration);
     ReadRate(calibration);
     CountFrames();
