@@ -13,6 +13,7 @@
 #include "deepuav/base/input_file.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/image/encoded_size.h"
+#include "deepuav/image/partial_jpeg.h"
 #include "deepuav/image/reduced_image.h"
 
 namespace deepuav {
@@ -77,30 +78,8 @@ bool IsTruncatedPng(const Bytes& bytes) {
   return StartsWith(bytes, kPngSignature) && !IsWholePng(bytes);
 }
 
-/// The share of a broken-off JPEG's rows that was decoded: libjpeg fills the rest with one grey.
-double DecodedShare(const cv::Mat& image) {
-  int rows = image.rows;
-  for (; rows > 0; --rows) {
-    double least = 0, most = 0;
-    cv::minMaxLoc(image.row(rows - 1).reshape(1), &least, &most);
-    if (most - least > 1) break;
-  }
-  return static_cast<double>(rows) / image.rows;
-}
-
-// Fewer rows show too little of the ground, and a progressive JPEG without its end has all rows but
-// none of them sharp.
+// Fewer rows show too little of the ground.
 constexpr double kMinDecodedShare = 0.75;
-
-bool IsProgressive(const Bytes& bytes) {
-  constexpr uint8_t kProgressiveFrame = 0xc2, kStartOfScan = 0xda;
-  for (size_t at = 2; at + 3 < bytes.size() && bytes[at] == 0xff;) {
-    if (bytes[at + 1] == kProgressiveFrame) return true;
-    if (bytes[at + 1] == kStartOfScan) return false;
-    at += 2 + BigEndian(bytes, at + 2, 2);
-  }
-  return false;
-}
 
 /// How far a JPEG of `from` may be reduced by its decoder and still be as large as `to`.
 int DecoderReduction(const cv::Size2d& from, const cv::Size& to) {
@@ -167,27 +146,15 @@ cv::Mat Decode(const Bytes& bytes, const std::string& name, int reduction) {
   throw Error("image {}: cannot be decoded: expected an image that OpenCV reads", name);
 }
 
-/// A JPEG without its end, as far as it goes. The end marker is set behind it: without one OpenCV
-/// repeats the last row.
+/// A JPEG without its end, as far as it goes.
 cv::Mat DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reduction) {
-  Bytes ended = bytes;
-  ended.push_back(0xff);
-  ended.push_back(0xd9);
-  double share = 0;
-  cv::Mat image;
-  if (!IsProgressive(bytes)) {
-    try {
-      image = Decode(ended, name, reduction);
-      share = DecodedShare(image);
-    } catch (const Error&) {  // breaks off before its pixels
-    }
-  }
-  if (share < kMinDecodedShare) {
+  const auto partial = DecodePartialJpeg(bytes, reduction);
+  if (!partial || partial->decoded_share < kMinDecodedShare) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
   }
   Log().warn("image {}: breaks off after {} bytes: {:.0f} % of its rows are used", name,
-             bytes.size(), 100 * share);
-  return image;
+             bytes.size(), 100 * partial->decoded_share);
+  return partial->image;
 }
 
 }  // namespace
