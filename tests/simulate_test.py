@@ -183,6 +183,7 @@ class SimulateTest(unittest.TestCase):
     def test_signal_ends_it_and_it_goes_on(self):
         out = self.folder / "signal"
         more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
+        images_of_all = 801  # of two seconds
         process = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
                                    stdout=subprocess.DEVNULL)
         images = out / "mav0/cam0/data"
@@ -192,10 +193,10 @@ class SimulateTest(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(timeout=60), 130)
         listed = rows_of(out / "mav0/cam0/data.csv")
-        self.assertTrue(0 < len(listed) < 81, len(listed))
+        self.assertTrue(0 < len(listed) < images_of_all, len(listed))
         self.assertEqual({row[1] for row in listed}, {image.name for image in images.iterdir()})
         self.expect_success(self.simulate(out, *more))
-        self.assertEqual(len(rows_of(out / "mav0/cam0/data.csv")), 81)
+        self.assertEqual(len(rows_of(out / "mav0/cam0/data.csv")), images_of_all)
 
     def test_wrong_use(self):
         out = self.folder / "wrong"
@@ -255,6 +256,7 @@ class SimulateTest(unittest.TestCase):
     def test_two_at_once_into_one_folder_are_refused(self):
         out = self.folder / "shared"
         more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
+        images_of_all = 801  # of two seconds
         first = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         deadline = time.monotonic() + 100
