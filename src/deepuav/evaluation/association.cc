@@ -59,6 +59,42 @@ std::string RangeText(const Trajectory& trajectory, double offset_s) {
                      trajectory.back().time.seconds() + offset_s);
 }
 
+double MedianInterval_s(const Trajectory& trajectory) {
+  if (trajectory.size() < 2) return 0;
+  std::vector<double> intervals;
+  for (size_t i = 1; i < trajectory.size(); ++i)
+    intervals.push_back(SecondsBetween(trajectory[i - 1].time, trajectory[i].time));
+  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+struct InterpolatedPoses {
+  Trajectory at, interpolated;
+};
+
+/// The poses at the moments of others, to whose times `offset` is added, in nanoseconds.
+InterpolatedPoses InterpolateAt(const Trajectory& moments, int64_t offset, const Trajectory& poses,
+                                int64_t max_gap) {
+  InterpolatedPoses result;
+  size_t after = 0;
+  for (const TimedPose& moment : moments) {
+    const Timestamp time{moment.time.nanoseconds + offset};
+    while (after < poses.size() && poses[after].time < time) ++after;
+    if (after == poses.size()) break;
+    if (poses[after].time == time) {
+      result.interpolated.push_back(poses[after]);
+    } else if (after > 0 &&
+               poses[after].time.nanoseconds - poses[after - 1].time.nanoseconds <= max_gap) {
+      result.interpolated.push_back(InterpolatePose(poses[after - 1], poses[after], time));
+    } else {
+      continue;
+    }
+    result.at.push_back(moment);
+  }
+  return result;
+}
+
 }  // namespace
 
 void AssociationOptions::Check() const {
@@ -104,32 +140,29 @@ std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory&
   return pairs;
 }
 
-InterpolatedEstimate InterpolateAtTruth(const Trajectory& truth, const Trajectory& estimate,
-                                        const AssociationOptions& options) {
+InterpolatedPairs InterpolateDenser(const Trajectory& truth, const Trajectory& estimate,
+                                    const AssociationOptions& options) {
   options.Check();
   const int64_t offset = RoundedNanoseconds(options.time_offset_s);
   const int64_t max_gap = RoundedNanoseconds(options.max_gap_s);
-  InterpolatedEstimate result;
-  size_t after = 0;
-  for (const TimedPose& pose : truth) {
-    const Timestamp time{pose.time.nanoseconds - offset};
-    while (after < estimate.size() && estimate[after].time < time) ++after;
-    if (after == estimate.size()) break;
-    if (estimate[after].time == time) {
-      result.estimate.push_back(estimate[after]);
-    } else if (after > 0 &&
-               estimate[after].time.nanoseconds - estimate[after - 1].time.nanoseconds <= max_gap) {
-      result.estimate.push_back(InterpolatePose(estimate[after - 1], estimate[after], time));
-    } else {
-      continue;
-    }
-    result.truth.push_back(pose);
+  InterpolatedPairs result;
+  result.truth_is_interpolated = MedianInterval_s(estimate) > MedianInterval_s(truth);
+  if (result.truth_is_interpolated) {
+    InterpolatedPoses poses = InterpolateAt(estimate, offset, truth, max_gap);
+    result.estimate = std::move(poses.at);
+    result.truth = std::move(poses.interpolated);
+  } else {
+    InterpolatedPoses poses = InterpolateAt(truth, -offset, estimate, max_gap);
+    result.truth = std::move(poses.at);
+    result.estimate = std::move(poses.interpolated);
   }
   if (result.truth.empty()) {
+    const bool of_truth = result.truth_is_interpolated;
     throw Error(
-        "No moment of the truth lies between poses of the estimate that are at most {} s apart: "
-        "the truth spans {}, the estimate {}{}",
-        options.max_gap_s, RangeText(truth, 0), RangeText(estimate, options.time_offset_s),
+        "No moment of the {} lies between poses of the {} that are at most {} s apart: the truth "
+        "spans {}, the estimate {}{}",
+        of_truth ? "estimate" : "truth", of_truth ? "truth" : "estimate", options.max_gap_s,
+        RangeText(truth, 0), RangeText(estimate, options.time_offset_s),
         options.time_offset_s == 0 ? "" : " with the time offset");
   }
   return result;

@@ -11,8 +11,8 @@ struct AssociationOptions {
   double time_offset_s = 0;        ///< Added to the estimate's time stamps, seconds.
   bool one_to_one = false;  ///< Let no pose serve two partners: of several the nearest keeps it.
   bool interpolate =
-      false;               ///< Compare at the truth's own moments, with the estimate interpolated.
-  double max_gap_s = 0.5;  ///< Longest gap between the estimate's poses to interpolate in, seconds.
+      false;               ///< Compare at the moments of whichever has fewer, the other interpolated.
+  double max_gap_s = 0.5;  ///< Longest gap between poses to interpolate in, seconds.
 
   /// Throws Error for a value that cannot be.
   void Check() const;
@@ -23,7 +23,7 @@ struct AssociationOptions {
           "largest difference of two associated time stamps");
     visit("time_offset_s", time_offset_s, "s", "added to the estimate's time stamps");
     visit("one_to_one", one_to_one, "", "let no pose serve two partners");
-    visit("interpolate", interpolate, "", "interpolate the estimate at the truth's moments");
+    visit("interpolate", interpolate, "", "interpolate at the moments of truth or estimate, the rarer");
     visit("max_gap_s", max_gap_s, "s", "longest gap between poses to interpolate in");
   }
 };
@@ -44,17 +44,19 @@ struct AssociatedPair {
 std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory& estimate,
                                       const AssociationOptions& options = {});
 
-/// The estimate at those moments of the truth at which it can be had, with the poses of the truth
-/// it belongs to. Its poses carry the times of its own clock.
-struct InterpolatedEstimate {
+/// Pose i of the one belongs to pose i of the other. Each carries the times of its own clock.
+struct InterpolatedPairs {
   Trajectory truth, estimate;
+  bool truth_is_interpolated = false;
 };
 
-/// Positions are interpolated linearly, orientations along the shortest turn, between poses that
-/// are no further apart than `max_gap_s`; nothing is extrapolated. Throws Error, naming the two
-/// time ranges, if no moment is left.
-InterpolatedEstimate InterpolateAtTruth(const Trajectory& truth, const Trajectory& estimate,
-                                        const AssociationOptions& options = {});
+/// Of truth and estimate, that of the shorter median interval (the estimate if equal) at those
+/// moments of the other at which it can be had, as photographs seconds apart would cut the corners
+/// of a receiver's path. Positions are interpolated linearly, orientations along the shortest turn,
+/// between poses that are no further apart than `max_gap_s`; nothing is extrapolated. Throws Error,
+/// naming the two time ranges, if no moment is left.
+InterpolatedPairs InterpolateDenser(const Trajectory& truth, const Trajectory& estimate,
+                                    const AssociationOptions& options = {});
 
 /// How many pairs share a pose with an earlier pair.
 int CountSharedPoses(const std::vector<AssociatedPair>& pairs);

@@ -14,6 +14,7 @@ namespace deepuav {
 namespace {
 
 constexpr double kNoticedHeightShare = 0.01;
+constexpr double kMostMedianIntervals = 3;  // A longer one is a gap.
 
 /// The poses with `start_s` <= time + offset_s - origin <= `end_s`.
 Trajectory PartOf(const Trajectory& trajectory, Timestamp origin, double offset_s, double start_s,
@@ -71,10 +72,32 @@ void WarnOfHeights(const Trajectory& aligned) {
       std::sqrt(variance.z()), 100 * share);
 }
 
+/// How many poses lie between two neighbours of some that no gap parts, as a share.
+double ShareAmong(const Trajectory& some, const Trajectory& poses) {
+  if (some.size() < 2) return 0;
+  std::vector<double> gaps;
+  for (size_t i = 1; i < some.size(); ++i)
+    gaps.push_back(SecondsBetween(some[i - 1].time, some[i].time));
+  std::vector<double> sorted = gaps;
+  std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
+  const double longest_s = kMostMedianIntervals * sorted[sorted.size() / 2];
+  size_t among = 0;
+  for (const TimedPose& pose : poses) {
+    const auto after =
+        std::ranges::lower_bound(some, pose.time, {}, [](const TimedPose& p) { return p.time; });
+    if (after == some.end() || (after == some.begin() && pose.time < after->time)) continue;
+    const auto gap = std::distance(some.begin(), after);
+    if (gap == 0 || after->time == pose.time || gaps[static_cast<size_t>(gap) - 1] <= longest_s)
+      ++among;
+  }
+  return static_cast<double>(among) / static_cast<double>(poses.size());
+}
+
 void MatchPoses(const Trajectory& estimate, const AssociationOptions& association,
                 Evaluation* evaluation) {
   if (association.interpolate) {
-    InterpolatedEstimate matched = InterpolateAtTruth(evaluation->truth, estimate, association);
+    InterpolatedPairs matched = InterpolateDenser(evaluation->truth, estimate, association);
+    evaluation->truth_is_interpolated = matched.truth_is_interpolated;
     evaluation->matched_truth = std::move(matched.truth);
     evaluation->matched_estimate = std::move(matched.estimate);
     return;
@@ -101,6 +124,7 @@ void EvaluationOptions::Check() const {
 }
 
 double Evaluation::Completeness() const {
+  if (truth_is_interpolated) return ShareAmong(matched_truth, truth);
   std::set<Timestamp> found;
   for (const TimedPose& pose : matched_truth) found.insert(pose.time);
   return truth.empty() ? 0 : static_cast<double>(found.size()) / static_cast<double>(truth.size());

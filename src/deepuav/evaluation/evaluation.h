@@ -46,14 +46,16 @@ struct Evaluation {
   Trajectory matched_estimate;  ///< One pose a pair, aligned; times as in the estimate's file.
   int shared_poses = 0;         ///< Pairs that share a pose with another pair.
   double time_offset_s = 0;     ///< Added to the estimate's times: as found, where searched.
-  bool interpolated = false;    ///< Compared at the truth's moments, not at the nearest poses.
+  bool interpolated = false;    ///< Compared at the moments of either, not at the nearest poses.
+  bool truth_is_interpolated = false;  ///< At the estimate's moments; else the other way.
   bool horizontal = false;      ///< Errors are of x and y alone.
   bool z_is_up = false;         ///< In the truth, which is known of some only.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();
   AbsoluteError ate;
   std::optional<RelativeError> rpe;  ///< Nothing where no two poses are the step apart.
 
-  /// The part of the truth's poses that has an estimate, in 0..1.
+  /// The part of the truth's poses that has an estimate, in 0..1; of an interpolated truth those
+  /// between poses of the estimate.
   double Completeness() const;
   /// The truth's path from the first pose that has an estimate to the last, metres.
   double ComparedPathM() const;

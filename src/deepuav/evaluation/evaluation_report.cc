@@ -107,6 +107,7 @@ nlohmann::json EvaluationJson(const Evaluation& evaluation, const EvaluationOpti
       {"alignment", AlignmentJson(evaluation.ate.truth_from_estimate, options.alignment)},
       {"horizontal", evaluation.horizontal},
       {"interpolated", evaluation.interpolated},
+      {"truth_is_interpolated", evaluation.truth_is_interpolated},
       {"time_offset_s", evaluation.time_offset_s},
       {"antenna_cam_m", antenna},
       {"ate_m", StatisticsJson(evaluation.ate.statistics_m)},
@@ -124,7 +125,11 @@ std::string EvaluationTable(const Evaluation& evaluation, const EvaluationOption
     table += fmt::format("{} pairs share a pose with another pair (--one-to-one drops them)\n",
                          evaluation.shared_poses);
   }
-  if (evaluation.interpolated) table += "The estimate is interpolated at the truth's moments\n";
+  if (evaluation.interpolated) {
+    table += evaluation.truth_is_interpolated
+                 ? "The truth is interpolated at the estimate's moments\n"
+                 : "The estimate is interpolated at the truth's moments\n";
+  }
   if (evaluation.time_offset_s != 0) {
     table += fmt::format("Time offset {:+.6f} s added to the estimate{}\n",
                          evaluation.time_offset_s, options.search_offset_s > 0 ? ", as found" : "");

@@ -46,9 +46,9 @@ Agreement AgreementAt(double offset_s, const Truth& truth, const Trajectory& est
                       const EvaluationOptions& options) {
   AssociationOptions association = options.association;
   association.time_offset_s = offset_s;
-  InterpolatedEstimate matched;
+  InterpolatedPairs matched;
   try {
-    matched = InterpolateAtTruth(truth.trajectory, estimate, association);
+    matched = InterpolateDenser(truth.trajectory, estimate, association);
   } catch (const Error&) {
     return {};
   }

@@ -118,10 +118,35 @@ TEST(TimeOffset, BeyondTheRangeIsAnError) {
   EXPECT_THROW(SearchTimeOffset(Receiver(0, 5), Delayed(Camera(0), 1e4), Searching(1)), Error);
 }
 
+TEST(Interpolation, OfPhotographsSecondsApartIsAtTheirMoments) {
+  const Trajectory photographs = EveryNth(Camera(0), 60);
+  Truth denser;
+  denser.trajectory = Camera(0);
+  denser.has_own_clock = true;
+  const Evaluation evaluation = EvaluateTrajectory(denser, photographs);
+  EXPECT_TRUE(evaluation.truth_is_interpolated);
+  EXPECT_EQ(evaluation.matched_estimate.size(), photographs.size());
+  EXPECT_LT(evaluation.ate.statistics_m.max, 1e-6);
+  EXPECT_GT(evaluation.Completeness(), 0.9);
+  EXPECT_THAT(EvaluationTable(evaluation, {}), HasSubstr("truth is interpolated"));
+}
+
+TEST(Interpolation, CompletenessLeavesOutGapsOfRarePoses) {
+  Truth denser;
+  denser.trajectory = Camera(0);
+  denser.has_own_clock = true;
+  Trajectory photographs = EveryNth(Camera(0), 20);
+  const double whole = EvaluateTrajectory(denser, photographs).Completeness();
+  const auto third = std::ssize(photographs) / 3;
+  photographs.erase(photographs.begin() + third, photographs.begin() + 2 * third);
+  const double with_gap = EvaluateTrajectory(denser, photographs).Completeness();
+  EXPECT_NEAR(with_gap, whole * 2 / 3, 0.05);
+}
+
 TEST(Interpolation, MeetsTheTruthBetweenThePosesAndLeavesGapsOut) {
   Trajectory estimate = MakeFlight(200, 20);
   const Trajectory truth = EveryNth(MakeFlight(10000, 1000), 187);
-  const InterpolatedEstimate whole = InterpolateAtTruth(truth, estimate);
+  const InterpolatedPairs whole = InterpolateDenser(truth, estimate);
   ASSERT_GT(whole.truth.size(), 45u);
   for (size_t i = 0; i < whole.truth.size(); ++i) {
     const SE3 difference =
@@ -130,10 +155,10 @@ TEST(Interpolation, MeetsTheTruthBetweenThePosesAndLeavesGapsOut) {
     EXPECT_LT(difference.Angle(), 1e-3);
   }
   estimate.erase(estimate.begin() + 60, estimate.begin() + 100);
-  for (const TimedPose& pose : InterpolateAtTruth(truth, estimate).estimate) {
+  for (const TimedPose& pose : InterpolateDenser(truth, estimate).estimate) {
     EXPECT_FALSE(pose.time > AtSeconds(2.96) && pose.time < AtSeconds(4.99));
   }
-  EXPECT_THROW(InterpolateAtTruth(MakeFlight(10, 5, 1000), estimate), Error);
+  EXPECT_THROW(InterpolateDenser(MakeFlight(10, 5, 1000), estimate), Error);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/euroc_sensor.h"
+#include "deepuav/io/sensor_files.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/io/yaml_map.h"
 
@@ -21,6 +22,7 @@ constexpr const char *kSensorsFolder = "mav0", *kCameraFolder = "cam0",
 constexpr const char *kSimulationFile = "simulation.yaml", *kSummaryFile = "summary.json",
                      *kTrajectoryFile = "trajectory.txt";
 constexpr size_t kMaxSummaryBytes = size_t{64} << 20;
+constexpr const char *kImagesFolder = "images", *kFixesName = "gps";
 constexpr const char* kKittiTimesFile = "times.txt";
 
 /// The file of times that goes with KITTI poses: beside them, or in the sequence's folder of
@@ -189,6 +191,9 @@ Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options) 
     return {.trajectory = ReadBodyTruth(sensors), .z_is_up = true};
   if (std::filesystem::exists(sensors / kReceiverFile))
     return ReadReceiver(sensors / kReceiverFile, options.altitude);
+  if (const std::filesystem::path fixes = FindGnssBeside({path / kImagesFolder, path}, kFixesName);
+      !fixes.empty())
+    return ReadReceiver(fixes, options.altitude);
   return ReadPhotographs(path, options.altitude && options.photograph_altitude);
 }
 

@@ -135,6 +135,21 @@ TEST(LoadTruth, AMissingPathIsAnErrorThatNamesIt) {
   }
 }
 
+TEST(LoadTruth, AReceiversFileBesidePhotographsComesBeforeTheirExif) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / "deepuav_receiver_beside_test";
+  std::filesystem::create_directories(folder / "images");
+  std::ofstream(folder / "gps.csv")
+      << "time [us],latitude [deg],longitude [deg],altitude [m]\n"
+         "1768248348000000,14.5371,121.3732,428\n1768248349000000,14.5372,121.3732,428\n";
+  const Truth truth = LoadTruth(folder);
+  EXPECT_EQ(truth.trajectory.size(), 2u);
+  EXPECT_TRUE(truth.has_own_clock);
+  ASSERT_TRUE(truth.origin);
+  EXPECT_NEAR(truth.origin->latitude_deg, 14.5371, 1e-6);
+  std::filesystem::remove_all(folder);
+}
+
 TEST(LoadTruth, PhotographsGiveFixes) {
   const char* shared = std::getenv("DEEPUAV_SHARED");
   const std::filesystem::path survey =

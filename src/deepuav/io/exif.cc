@@ -149,12 +149,15 @@ std::optional<Timestamp> ParseTime(const std::string& text, const std::string& d
   return Timestamp{seconds * 1000000000 + nanoseconds};
 }
 
+constexpr double kMostMinutes = 60;  // And seconds: some round up to it.
+
 // Degrees, minutes and seconds, negative where the reference letter is `negative_ref`.
 std::optional<double> ReadAngleDeg(const ExifBlock& exif, int tag, int ref_tag, char negative_ref) {
   double angle = 0, unit = 1;
   for (size_t i = 0; i < 3; ++i, unit /= 60) {
     const std::optional<double> part = exif.Ratio(EXIF_IFD_GPS, tag, i);
     if (!part && i == 0) return std::nullopt;
+    if (i > 0 && std::abs(part.value_or(0)) > kMostMinutes) return std::nullopt;
     angle += part.value_or(0) * unit;
   }
   const std::string reference = exif.Text(EXIF_IFD_GPS, ref_tag);
@@ -162,17 +165,25 @@ std::optional<double> ReadAngleDeg(const ExifBlock& exif, int tag, int ref_tag, 
   return reference[0] == negative_ref ? -angle : angle;
 }
 
+// Some cameras leave bytes of other things where no fix was: neither what is no angle, nor anything
+// less than a minute from where the equator meets the prime meridian, is one.
+bool IsFix(const GnssFix& fix) {
+  constexpr double kMinute_deg = 1.0 / 60;
+  const double latitude_deg = std::abs(fix.latitude_deg);
+  const double longitude_deg = std::abs(fix.longitude_deg);
+  return latitude_deg <= 90 && longitude_deg <= 180 &&
+         (latitude_deg >= kMinute_deg || longitude_deg >= kMinute_deg);
+}
+
 std::optional<GnssFix> ReadFix(const ExifBlock& exif) {
   const auto latitude = ReadAngleDeg(exif, EXIF_TAG_GPS_LATITUDE, EXIF_TAG_GPS_LATITUDE_REF, 'S');
   const auto longitude =
       ReadAngleDeg(exif, EXIF_TAG_GPS_LONGITUDE, EXIF_TAG_GPS_LONGITUDE_REF, 'W');
-  if (!latitude || !longitude || std::abs(*latitude) > 90 || std::abs(*longitude) > 180)
-    return std::nullopt;
-  if (*latitude == 0 && *longitude == 0)
-    return std::nullopt;  // what cameras write before the first fix
+  if (!latitude || !longitude) return std::nullopt;
   GnssFix fix;
   fix.latitude_deg = *latitude;
   fix.longitude_deg = *longitude;
+  if (!IsFix(fix)) return std::nullopt;
   fix.altitude_m = exif.Ratio(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE);
   const bool below_sea_level = exif.Byte(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE_REF) == 1;
   if (fix.altitude_m && below_sea_level) fix.altitude_m = -*fix.altitude_m;

@@ -69,6 +69,27 @@ TEST(Exif, WhatCannotBeIsEmpty) {
   EXPECT_FALSE(Parse("").time);
 }
 
+TEST(Exif, LessThanAMinuteFromZeroIsNoFix) {
+  TestExif leftover;  // 0 degrees, 0 minutes and whatever bytes lay there as seconds
+  leftover.latitude_deg = 0.0239 / 3600;
+  leftover.longitude_deg = 57.2 / 3600;
+  EXPECT_FALSE(Parse(Photograph(32, 32, 1, leftover)).fix);
+  TestExif at_equator;
+  at_equator.latitude_deg = 0.001;
+  at_equator.longitude_deg = -78.45;
+  const PhotoExif exif = Parse(Photograph(32, 32, 1, at_equator));
+  ASSERT_TRUE(exif.fix);
+  EXPECT_NEAR(exif.fix->longitude_deg, -78.45, 1e-6);
+}
+
+TEST(Exif, MoreThanSixtySecondsAreNoAngle) {
+  TestExif written;
+  written.latitude_deg = 48;
+  written.longitude_deg = 10;
+  written.more_longitude_seconds = 611.7;
+  EXPECT_FALSE(Parse(Photograph(32, 32, 1, written)).fix);
+}
+
 TEST(Exif, FocalLengthByEveryMeans) {
   TestExif exif{.model = "FC6310 ",
                 .time = {},

@@ -117,16 +117,20 @@ SensorStreams ReadSensorsBesideVideo(const fs::path& video) {
   return streams;
 }
 
-GnssStream ReadGnssBeside(const std::vector<fs::path>& folders, const std::string& name) {
+fs::path FindGnssBeside(const std::vector<fs::path>& folders, const std::string& name) {
   for (const fs::path& folder : folders) {
     for (const char* ending : {".csv", ".CSV", ".gpx", ".GPX"}) {
       const fs::path file = folder / (name + ending);
-      if (!fs::is_regular_file(file) || !IsGnssFile(file)) continue;
-      return {
-          .source = file.string(), .clock_sigma_s = kOwnClockSigma_s, .fixes = ReadGnssFile(file)};
+      if (fs::is_regular_file(file) && IsGnssFile(file)) return file;
     }
   }
   return {};
+}
+
+GnssStream ReadGnssBeside(const std::vector<fs::path>& folders, const std::string& name) {
+  const fs::path file = FindGnssBeside(folders, name);
+  if (file.empty()) return {};
+  return {.source = file.string(), .clock_sigma_s = kOwnClockSigma_s, .fixes = ReadGnssFile(file)};
 }
 
 }  // namespace deepuav

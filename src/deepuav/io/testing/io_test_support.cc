@@ -96,7 +96,9 @@ std::vector<TiffField> GpsFields(const TestExif& exif) {
   }
   if (exif.longitude_deg) {
     fields.push_back(Text(3, *exif.longitude_deg < 0 ? "W" : "E"));
-    fields.push_back(Rationals(4, DegreesMinutesSeconds(*exif.longitude_deg)));
+    std::vector<double> parts = DegreesMinutesSeconds(*exif.longitude_deg);
+    parts.back() += exif.more_longitude_seconds;
+    fields.push_back(Rationals(4, parts));
   }
   if (exif.altitude_m) {
     fields.push_back({5, kByte, 1, std::string(1, *exif.altitude_m < 0 ? '\1' : '\0')});

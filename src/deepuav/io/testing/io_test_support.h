@@ -94,6 +94,7 @@ struct TestExif {
   double focal_plane_x_px_per_inch = 0;
   int pixel_x_dimension = 0;
   std::optional<double> latitude_deg, longitude_deg, altitude_m;
+  double more_longitude_seconds = 0;  ///< Beyond what an angle may have.
 };
 
 /// A TIFF block (little endian) with that EXIF.
