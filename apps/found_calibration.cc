@@ -36,9 +36,21 @@ std::string CalibrationYaml(const FoundCalibration& calibration) {
   std::string yaml = fmt::format("# started from: {}, {:.1f} px\n", calibration.source,
                                  calibration.start_focal_px);
   if (calibration.sigmas) {
-    yaml += fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}\n",
-                        calibration.sigmas->focal * camera.pinhole.fx, calibration.sigmas->k1,
-                        calibration.sigmas->k2);
+    const CalibrationSigmas& sigmas = *calibration.sigmas;
+    yaml += fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}",
+                        sigmas.focal * camera.pinhole.fx, sigmas.k1, sigmas.k2);
+    if (sigmas.centre > 0) {
+      yaml += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}",
+                          sigmas.centre * camera.pinhole.fx, sigmas.tangential);
+    }
+    yaml += "\n";
+  }
+  if (calibration.readout_s != 0) {
+    yaml += fmt::format("# rolling shutter: {:.4f} s from the first row to the last",
+                        calibration.readout_s);
+    if (calibration.sigmas)
+      yaml += fmt::format(" (standard deviation {:.4f})", calibration.sigmas->readout_s);
+    yaml += "\n";
   }
   yaml += fmt::format(
       "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
@@ -59,6 +71,8 @@ std::string CalibrationText(const FoundCalibration& calibration) {
       text += fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0],
                           calibration.sigmas->k1);
   }
+  if (calibration.readout_s != 0)
+    text += fmt::format(", rolling shutter {:.1f} ms", 1000 * calibration.readout_s);
   text += fmt::format("; from {}", calibration.source);
   constexpr double kWorthSaying = 0.2;
   if (std::abs(std::log(focal_px / calibration.start_focal_px)) > kWorthSaying)

@@ -14,6 +14,7 @@ struct FoundCalibration {
   std::string source;  ///< Where the values that it started from are from.
   double start_focal_px = 0;
   std::optional<CalibrationSigmas> sigmas;  ///< Where it was refined.
+  double readout_s = 0;                     ///< Of a rolling shutter; 0: not told.
 };
 
 /// `camera` is the dataset's working camera as the run left it.

@@ -58,10 +58,15 @@ void Move(const BundleStructure& structure, const BundleState& state, const Bund
   }
 }
 
+RefinedCalibration RefinedOf(const BundleOptions& options) {
+  return {options.refine_focal, options.refine_radial, options.refine_centre,
+          options.refine_tangential, options.refine_readout};
+}
+
 void Minimize(const BundleStructure& structure, const BundleOptions& options,
               const std::function<bool()>& stop, BundleState* state, BundleReport* report) {
   const HuberLoss loss{options.chi_square};
-  const RefinedCalibration refined{options.refine_focal, options.refine_radial};
+  const RefinedCalibration refined = RefinedOf(options);
   report->initial_cost = report->final_cost = BundleCost(structure, *state, loss);
   if (structure.groups() == 0) {
     report->converged = true;
@@ -109,18 +114,30 @@ BundleStructure StructureOf(const BundleProblem& problem, const BundleOptions& o
   BundleStructure structure(problem);
   if (options.refine_focal) structure.focal_prior = FocalPriorOf(problem, options);
   if (options.refine_radial) structure.radial_prior = {1 / options.k1_sigma, 1 / options.k2_sigma};
+  if (options.refine_centre) {
+    const Pinhole& pinhole = problem.pinhole;
+    structure.centre_prior = {
+        problem.centre_guess_px.value_or(Eigen::Vector2d(pinhole.cx, pinhole.cy)),
+        1 / (options.centre_sigma * pinhole.fx)};
+  }
+  if (options.refine_tangential)
+    structure.small_prior.per_tangential_sigma = 1 / options.tangential_sigma;
+  if (options.refine_readout)
+    structure.small_prior.per_readout_sigma_s = 1 / options.readout_sigma_s;
   return structure;
 }
 
 BundleState StateOf(const BundleProblem& problem) {
-  return {
-      {problem.pinhole, problem.k1, problem.k2}, problem.cam_from_world, problem.landmarks_world};
+  return {{problem.pinhole, problem.k1, problem.k2, problem.p1, problem.p2, problem.readout_s},
+          problem.cam_from_world,
+          problem.landmarks_world};
 }
 
 bool IsOutlier(const BundleObservation& observation, const BundleState& state, double chi_square) {
   if (!UsableObservation(observation)) return true;
   const Eigen::Vector3d point =
-      state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
+      state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
+      state.camera.readout_s * observation.drift_cam_per_s;
   if (!InFrontOfCamera(point)) return true;
   const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
   return (Whitening(observation.noise) * error_px).squaredNorm() > chi_square;
@@ -136,6 +153,9 @@ void BundleOptions::Check() const {
   CheckPositive("focal_sigma", focal_sigma, 10);
   CheckPositive("k1_sigma", k1_sigma, 100);
   CheckPositive("k2_sigma", k2_sigma, 100);
+  CheckPositive("centre_sigma", centre_sigma, 1);
+  CheckPositive("tangential_sigma", tangential_sigma, 1);
+  CheckPositive("readout_sigma_s", readout_sigma_s, 10);
 }
 
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
@@ -154,6 +174,9 @@ BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
   problem->pinhole = state.camera.pinhole;
   problem->k1 = state.camera.k1;
   problem->k2 = state.camera.k2;
+  problem->p1 = state.camera.p1;
+  problem->p2 = state.camera.p2;
+  problem->readout_s = state.camera.readout_s;
   problem->cam_from_world = std::move(state.cam_from_world);
   problem->landmarks_world = std::move(state.landmarks_world);
   return report;
@@ -165,15 +188,13 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
   CheckBundleProblem(problem);
   const BundleStructure structure = StructureOf(problem, options);
   const BundleState state = StateOf(problem);
-  const RefinedCalibration refined{options.refine_focal, options.refine_radial};
+  const RefinedCalibration refined = RefinedOf(options);
   if (!refined.any() || structure.groups() == 0) return std::nullopt;
   BundleLinearization linearization;
   linearization.Compute(structure, state, HuberLoss{options.chi_square}, refined);
   // What is not refined has no information of its own.
-  if (!refined.focal) linearization.calibration_calibration(kFocalScale, kFocalScale) = 1;
-  if (!refined.radial) {
-    linearization.calibration_calibration(kRadial1, kRadial1) = 1;
-    linearization.calibration_calibration(kRadial2, kRadial2) = 1;
+  for (int parameter = 0; parameter < kCalibrationParameters; ++parameter) {
+    if (!refined.Has(parameter)) linearization.calibration_calibration(parameter, parameter) = 1;
   }
   ReducedCameraSystem system(structure);
   BundleStep step;
@@ -184,7 +205,8 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
   for (const BundleObservation& observation : problem.observations) {
     if (IsOutlier(observation, state, options.chi_square)) continue;
     const Eigen::Vector3d point =
-        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark];
+        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
+        state.camera.readout_s * observation.drift_cam_per_s;
     const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
     squared += (Whitening(observation.noise) * error_px).squaredNorm();
     count += 2;
@@ -196,9 +218,13 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
   const Eigen::Array<double, kCalibrationParameters, 1> sigmas =
       covariance.diagonal().array().sqrt();
   if (!sigmas.allFinite()) return std::nullopt;
-  return CalibrationSigmas{refined.focal ? sigmas[kFocalScale] : 0,
-                           refined.radial ? sigmas[kRadial1] : 0,
-                           refined.radial ? sigmas[kRadial2] : 0};
+  const auto sigma = [&](int parameter) { return refined.Has(parameter) ? sigmas[parameter] : 0; };
+  return CalibrationSigmas{.focal = sigma(kFocalScale),
+                           .k1 = sigma(kRadial1),
+                           .k2 = sigma(kRadial2),
+                           .centre = std::max(sigma(kCentreX), sigma(kCentreY)),
+                           .tangential = std::max(sigma(kTangential1), sigma(kTangential2)),
+                           .readout_s = sigma(kReadout)};
 }
 
 }  // namespace deepuav

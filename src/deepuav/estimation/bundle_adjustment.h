@@ -18,6 +18,10 @@ struct BundleObservation {
   int landmark = 0;
   Eigen::Vector2d px;
   PixelNoise noise = {};
+  /// How the landmark moves in the camera, map units a second of readout, by the row that shows it:
+  /// the camera's velocity, negative, times the row's place from -1/2 (first) to 1/2 (last). Where
+  /// the readout is refined, something else must hold the world's scale.
+  Eigen::Vector3d drift_cam_per_s = Eigen::Vector3d::Zero();
 };
 
 /// Cameras and landmarks to be adjusted together, as values.
@@ -29,10 +33,13 @@ struct BundleProblem {
   std::vector<Eigen::Vector3d> landmarks_world;
   std::vector<BundleObservation> observations;
   CameraFactors factors;  ///< What other sensors say of the cameras.
-  /// Radial distortion k1, k2 of the observed pixels about (cx, cy), refined with the focal length
-  /// where the options say so: px = centre + f (1 + k1 r^2 + k2 r^4) (x/z, y/z).
+  /// Distortion of the observed pixels, of Camera's radial-tangential model, refined where the
+  /// options say so.
   double k1 = 0, k2 = 0;
+  double p1 = 0, p2 = 0;
+  double readout_s = 0;       ///< Of a rolling shutter, from the first row to the last.
   double focal_guess_px = 0;  ///< What fx was before anything refined it; 0: what it is.
+  std::optional<Eigen::Vector2d> centre_guess_px;  ///< The same of (cx, cy).
 };
 
 struct BundleOptions {
@@ -44,6 +51,12 @@ struct BundleOptions {
   bool refine_radial = false;  ///< k1 and k2.
   double k1_sigma = 0.5;       ///< Standard deviation of k1 about 0, where refined...
   double k2_sigma = 0.5;       ///< ...and of k2.
+  bool refine_centre = false;  ///< The principal point.
+  double centre_sigma = 0.02;  ///< Standard deviation of its guess, as a share of fx.
+  bool refine_tangential = false;  ///< p1 and p2.
+  double tangential_sigma = 0.01;  ///< Standard deviation of p1 and p2 about 0.
+  bool refine_readout = false;     ///< Of a rolling shutter.
+  double readout_sigma_s = 0.05;   ///< Standard deviation of its readout about 0.
 
   void Check() const;
   template <typename Visitor>
@@ -58,6 +71,13 @@ struct BundleOptions {
     visit("k1_sigma", k1_sigma, "",
           "standard deviation of the radial distortion k1 about none, where it is refined");
     visit("k2_sigma", k2_sigma, "", "likewise of k2");
+    visit("centre_sigma", centre_sigma, "",
+          "standard deviation of a guessed principal point, as a share of the focal length, where "
+          "it is refined");
+    visit("tangential_sigma", tangential_sigma, "",
+          "standard deviation of the tangential distortion about none, where it is refined");
+    visit("readout_sigma_s", readout_sigma_s, "s",
+          "standard deviation of a rolling shutter's readout about none, where it is refined");
   }
 };
 
@@ -81,6 +101,9 @@ BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
 struct CalibrationSigmas {
   double focal = 0;  ///< Over the focal length.
   double k1 = 0, k2 = 0;
+  double centre = 0;      ///< Over the focal length; the larger of both.
+  double tangential = 0;  ///< The larger of p1's and p2's.
+  double readout_s = 0;
 };
 
 /// Nothing where the options refine none of it, or the views do not tell it.

@@ -1,10 +1,12 @@
 #include "deepuav/estimation/bundle_adjustment.h"
 
+
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "deepuav/base/error.h"
+#include "deepuav/estimation/bundle_camera.h"
 #include "support/estimation_problems.h"
 
 namespace deepuav {
@@ -232,6 +234,47 @@ TEST(AdjustBundle, RefinesAWrongFocalLengthAndDistortion) {
   AdjustBundle(&problem, options);
   EXPECT_EQ(problem.k1, 0);
   EXPECT_NE(problem.pinhole.fx, focal);
+}
+
+TEST(AdjustBundle, RefinesAWholeLensAndAShutterThatRolls) {
+  const SyntheticWorld world = OrbitWorld(31, 12, 400);
+  Random random(32);
+  BundleProblem problem = MakeBundleProblem(world, {}, &random);
+  const BundleCamera truth{
+      {world.pinhole.fx, world.pinhole.fy, world.pinhole.cx + 12, world.pinhole.cy - 7},
+      -0.08, 0.02, 0.002, -0.003, 0.03};
+  for (BundleObservation& o : problem.observations) {
+    const Eigen::Vector3d still = world.cam_from_world[static_cast<size_t>(o.camera)] *
+                                  world.landmarks_world[static_cast<size_t>(o.landmark)];
+    // Each camera moves otherwise, and the row is that of the pixel without it, nearly.
+    const Eigen::Vector3d velocity(3.0 * ((o.camera % 3) - 1), 2.0 * ((o.camera % 2) - 0.5), 0.5);
+    const double row = truth.Project(still).y() / 480 - 0.5;
+    o.drift_cam_per_s = -row * velocity;
+    o.px = truth.Project(still + truth.readout_s * o.drift_cam_per_s);
+    o.px += Eigen::Vector2d(random.Gaussian(0.1), random.Gaussian(0.1));
+    o.noise = 0.1;
+  }
+  BundleOptions options = Precise();
+  options.max_iterations = 100;
+  options.refine_focal = options.refine_radial = true;
+  options.refine_centre = options.refine_tangential = options.refine_readout = true;
+  // The drift is in units of the world: its scale must be told.
+  problem.camera_fixed[0] = problem.camera_fixed[5] = 1;
+  problem.cam_from_world[0] = world.cam_from_world[0];
+  problem.cam_from_world[5] = world.cam_from_world[5];
+  AdjustBundle(&problem, options);
+  EXPECT_NEAR(problem.pinhole.fx, truth.pinhole.fx, 1);
+  EXPECT_NEAR(problem.pinhole.cx, truth.pinhole.cx, 1);
+  EXPECT_NEAR(problem.pinhole.cy, truth.pinhole.cy, 1);
+  EXPECT_NEAR(problem.p1, truth.p1, 5e-4);
+  EXPECT_NEAR(problem.p2, truth.p2, 5e-4);
+  EXPECT_NEAR(problem.readout_s, truth.readout_s, 0.003);
+  const auto sigmas = EstimateCalibrationSigmas(problem, options);
+  ASSERT_TRUE(sigmas);
+  EXPECT_LT(std::abs(problem.pinhole.cx - truth.pinhole.cx),
+            5 * sigmas->centre * problem.pinhole.fx);
+  EXPECT_LT(sigmas->readout_s, 0.003);
+  EXPECT_LT(std::abs(problem.readout_s - truth.readout_s), 5 * sigmas->readout_s);
 }
 
 TEST(AdjustBundle, RefinesAFocalLengthFivePercentWrong) {

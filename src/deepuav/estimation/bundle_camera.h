@@ -9,21 +9,35 @@
 namespace deepuav {
 
 /// The calibration parameters that bundle adjustment can refine, in the order of its shared block.
-enum CalibrationParameter { kFocalScale, kRadial1, kRadial2, kCalibrationParameters };
+enum CalibrationParameter {
+  kFocalScale,
+  kRadial1,
+  kRadial2,
+  kCentreX,
+  kCentreY,
+  kTangential1,
+  kTangential2,
+  kReadout,
+  kCalibrationParameters
+};
 
 using Vector3dCalibration = Eigen::Matrix<double, kCalibrationParameters, 1>;
 using Matrix23dCalibration = Eigen::Matrix<double, 2, kCalibrationParameters>;
 
-/// Pinhole with radial distortion: px = centre + f (1 + k1 r^2 + k2 r^4) (x/z, y/z).
+/// Pinhole with the distortion of Camera's radial-tangential model, of two radial coefficients, and
+/// a shutter that reads one row after the other.
 struct BundleCamera {
   Pinhole pinhole;
   double k1 = 0, k2 = 0;
+  double p1 = 0, p2 = 0;
+  double readout_s = 0;  ///< From the first row to the last.
 
   Eigen::Vector2d Project(const Eigen::Vector3d& point_cam) const {
     const double x = point_cam.x() / point_cam.z(), y = point_cam.y() / point_cam.z();
     const double squared = x * x + y * y;
     const double radial = 1 + squared * (k1 + squared * k2);
-    return {pinhole.fx * radial * x + pinhole.cx, pinhole.fy * radial * y + pinhole.cy};
+    return {pinhole.fx * (radial * x + 2 * p1 * x * y + p2 * (squared + 2 * x * x)) + pinhole.cx,
+            pinhole.fy * (radial * y + p1 * (squared + 2 * y * y) + 2 * p2 * x * y) + pinhole.cy};
   }
 
   /// d Project / d point_cam.
@@ -33,26 +47,33 @@ struct BundleCamera {
     const double squared = x * x + y * y;
     const double radial = 1 + squared * (k1 + squared * k2);
     const double slope = 2 * (k1 + 2 * squared * k2);  // d radial / d squared, doubled.
-    const double u_x = pinhole.fx * (radial + slope * x * x), u_y = pinhole.fx * slope * x * y;
-    const double v_x = pinhole.fy * slope * x * y, v_y = pinhole.fy * (radial + slope * y * y);
+    const double mixed = slope * x * y + 2 * (p1 * x + p2 * y);
+    const double u_x = pinhole.fx * (radial + slope * x * x + 2 * p1 * y + 6 * p2 * x);
+    const double u_y = pinhole.fx * mixed, v_x = pinhole.fy * mixed;
+    const double v_y = pinhole.fy * (radial + slope * y * y + 6 * p1 * y + 2 * p2 * x);
     Matrix23d jacobian;
     jacobian << u_x * inv_z, u_y * inv_z, -(u_x * x + u_y * y) * inv_z,  //
         v_x * inv_z, v_y * inv_z, -(v_x * x + v_y * y) * inv_z;
     return jacobian;
   }
 
-  /// d Project / d calibration; the focal parameter s scales fx and fy by exp(s).
+  /// d Project / d calibration but for the readout, which moves the point; the focal parameter s
+  /// scales fx and fy by exp(s), and the centre moves by shares of fx.
   Matrix23dCalibration CalibrationJacobian(const Eigen::Vector3d& point_cam) const {
     const double x = point_cam.x() / point_cam.z(), y = point_cam.y() / point_cam.z();
     const double squared = x * x + y * y;
-    const double radial = 1 + squared * (k1 + squared * k2);
     const Eigen::Vector2d focal_ray(pinhole.fx * x, pinhole.fy * y);
-    Matrix23dCalibration jacobian;
-    jacobian.col(kFocalScale) = radial * focal_ray;
+    Matrix23dCalibration jacobian = Matrix23dCalibration::Zero();
+    jacobian.col(kFocalScale) = Project(point_cam) - Eigen::Vector2d(pinhole.cx, pinhole.cy);
     jacobian.col(kRadial1) = squared * focal_ray;
     jacobian.col(kRadial2) = squared * squared * focal_ray;
+    jacobian(0, kCentreX) = jacobian(1, kCentreY) = pinhole.fx;
+    jacobian.col(kTangential1) << pinhole.fx * 2 * x * y, pinhole.fy * (squared + 2 * y * y);
+    jacobian.col(kTangential2) << pinhole.fx * (squared + 2 * x * x), pinhole.fy * 2 * x * y;
     return jacobian;
   }
+
+  bool IsUndistorted() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0; }
 
   BundleCamera Moved(const Vector3dCalibration& step) const {
     BundleCamera moved = *this;
@@ -60,6 +81,11 @@ struct BundleCamera {
     moved.pinhole.fy *= std::exp(step[kFocalScale]);
     moved.k1 += step[kRadial1];
     moved.k2 += step[kRadial2];
+    moved.pinhole.cx += pinhole.fx * step[kCentreX];
+    moved.pinhole.cy += pinhole.fx * step[kCentreY];
+    moved.p1 += step[kTangential1];
+    moved.p2 += step[kTangential2];
+    moved.readout_s += step[kReadout];
     return moved;
   }
 };

@@ -30,10 +30,8 @@ std::vector<PoseMatrix> PoseMatrices(const std::vector<SE3>& poses) {
 }
 
 void MaskUnrefined(const RefinedCalibration& refined, Matrix23dCalibration* jacobian) {
-  if (!refined.focal) jacobian->col(kFocalScale).setZero();
-  if (!refined.radial) {
-    jacobian->col(kRadial1).setZero();
-    jacobian->col(kRadial2).setZero();
+  for (int parameter = 0; parameter < kCalibrationParameters; ++parameter) {
+    if (!refined.Has(parameter)) jacobian->col(parameter).setZero();
   }
 }
 
@@ -61,8 +59,9 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
   for (size_t i = 0; i < structure.observations.size(); ++i) {
     const GroupedObservation& o = structure.observations[i];
     const PoseMatrix& pose = poses[o.camera];
-    const Eigen::Vector3d point =
+    const Eigen::Vector3d still =
         pose * state.landmarks_world[structure.landmark_of_group[o.group]];
+    const Eigen::Vector3d point = still + state.camera.readout_s * o.drift_cam_per_s;
     const Eigen::Vector2d error_px = state.camera.Project(point) - o.px;
     const Eigen::Vector2d error = o.whitening * error_px;
     const double squared = error.squaredNorm();
@@ -77,7 +76,7 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
     landmark_landmark[o.group].noalias() += landmark_jacobian.transpose() * weighted;
     landmark_gradient[o.group].noalias() += weighted.transpose() * error;
 
-    const Matrix26d camera_jacobian = PoseJacobian(point_jacobian, point);
+    const Matrix26d camera_jacobian = PoseJacobian(point_jacobian, still);
     if (o.free_camera >= 0) {
       const Matrix26d weighted_camera = weight * camera_jacobian;
       camera_camera[o.free_camera].noalias() += camera_jacobian.transpose() * weighted_camera;
@@ -86,6 +85,7 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
     }
     if (!has_calibration) continue;
     Matrix23dCalibration jacobian = o.whitening * state.camera.CalibrationJacobian(point);
+    jacobian.col(kReadout) = point_jacobian * o.drift_cam_per_s;
     MaskUnrefined(refined, &jacobian);
     calibration_calibration.noalias() += weight * jacobian.transpose() * jacobian;
     calibration_gradient.noalias() += weight * jacobian.transpose() * error;
@@ -101,6 +101,8 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
                &camera_pair);
   if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
   if (refined.radial) AddPrior(structure.radial_prior, state.camera.k1, state.camera.k2);
+  if (refined.centre) AddPrior(structure.centre_prior, state.camera.pinhole);
+  AddPrior(structure.small_prior, state.camera);
 }
 
 void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
@@ -117,17 +119,43 @@ void BundleLinearization::AddPrior(const RadialPrior& prior, double k1, double k
   calibration_gradient[kRadial2] += k2_information * k2;
 }
 
+void BundleLinearization::AddPrior(const CentrePrior& prior, const Pinhole& pinhole) {
+  const double per_step = prior.per_sigma_px * pinhole.fx;
+  calibration_calibration(kCentreX, kCentreX) += per_step * per_step;
+  calibration_calibration(kCentreY, kCentreY) += per_step * per_step;
+  calibration_gradient.segment<2>(kCentreX) += per_step * prior.Error(pinhole);
+}
+
+void BundleLinearization::AddPrior(const SmallPrior& prior, const BundleCamera& camera) {
+  const double readout = prior.per_readout_sigma_s * prior.per_readout_sigma_s;
+  const double tangential = prior.per_tangential_sigma * prior.per_tangential_sigma;
+  const auto add = [this](int parameter, double information, double value) {
+    calibration_calibration(parameter, parameter) += information;
+    calibration_gradient[parameter] += information * value;
+  };
+  add(kReadout, readout, camera.readout_s);
+  add(kTangential1, tangential, camera.p1);
+  add(kTangential2, tangential, camera.p2);
+}
+
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
   const double radial_1 = structure.radial_prior.per_k1_sigma * state.camera.k1;
   const double radial_2 = structure.radial_prior.per_k2_sigma * state.camera.k2;
-  double cost = prior * prior + radial_1 * radial_1 + radial_2 * radial_2 +
+  const SmallPrior& small = structure.small_prior;
+  const double readout = small.per_readout_sigma_s * state.camera.readout_s;
+  const Eigen::Vector2d tangential =
+      small.per_tangential_sigma * Eigen::Vector2d(state.camera.p1, state.camera.p2);
+  double cost = prior * prior + readout * readout + tangential.squaredNorm() + radial_1 * radial_1 +
+                radial_2 * radial_2 +
+                structure.centre_prior.Error(state.camera.pinhole).squaredNorm() +
                 CameraFactorCost(structure.factors, state.cam_from_world);
   for (const GroupedObservation& o : structure.observations) {
     const Eigen::Vector3d point =
-        poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]];
+        poses[o.camera] * state.landmarks_world[structure.landmark_of_group[o.group]] +
+        state.camera.readout_s * o.drift_cam_per_s;
     double squared = MaxSquaredError(state.camera, o.whitening);
     if (InFrontOfCamera(point)) {
       const Eigen::Vector2d error_px = state.camera.Project(point) - o.px;

@@ -15,8 +15,26 @@ using MatrixCalibration = Eigen::Matrix<double, kCalibrationParameters, kCalibra
 
 /// The calibration parameters that move.
 struct RefinedCalibration {
-  bool focal = false, radial = false;
-  bool any() const { return focal || radial; }
+  bool focal = false, radial = false, centre = false, tangential = false, readout = false;
+  bool any() const { return focal || radial || centre || tangential || readout; }
+  /// Of a CalibrationParameter.
+  bool Has(int parameter) const {
+    switch (parameter) {
+      case kFocalScale:
+        return focal;
+      case kRadial1:
+      case kRadial2:
+        return radial;
+      case kCentreX:
+      case kCentreY:
+        return centre;
+      case kTangential1:
+      case kTangential2:
+        return tangential;
+      default:
+        return readout;
+    }
+  }
 };
 
 /// The blocks of the normal equations J^T W J and J^T W r at a state, W the Huber weights (Triggs
@@ -42,6 +60,8 @@ struct BundleLinearization {
  private:
   void AddPrior(const FocalPrior& prior, double fx);
   void AddPrior(const RadialPrior& prior, double k1, double k2);
+  void AddPrior(const CentrePrior& prior, const Pinhole& pinhole);
+  void AddPrior(const SmallPrior& prior, const BundleCamera& camera);
 };
 
 /// Sum of the Huber losses of the grouped observations, of the factors and of the priors' losses.

@@ -9,6 +9,8 @@
 namespace deepuav {
 namespace {
 
+constexpr RefinedCalibration kAll{true, true, true, true, true};
+
 /// Of any direction.
 PixelNoise RandomNoise(Random* random) {
   PixelNoise noise;
@@ -33,10 +35,16 @@ struct SmallProblem {
     problem.observations.push_back(twice);
     problem.k1 = -0.1;
     problem.k2 = 0.03;
+    problem.p1 = 0.01;
+    problem.p2 = -0.02;
+    problem.readout_s = 0.1;
+    for (BundleObservation& o : problem.observations)
+      o.drift_cam_per_s = random.Uniform(-0.5, 0.5) * Eigen::Vector3d(1, 0.3, -0.2);
   }
   BundleState State() const {
-    return {
-        {problem.pinhole, problem.k1, problem.k2}, problem.cam_from_world, problem.landmarks_world};
+    return {{problem.pinhole, problem.k1, problem.k2, problem.p1, problem.p2, problem.readout_s},
+            problem.cam_from_world,
+            problem.landmarks_world};
   }
 
   BundleProblem problem;
@@ -44,7 +52,7 @@ struct SmallProblem {
 
 TEST(BundleCamera, JacobiansEqualCentralDifferences) {
   Random random(2);
-  const BundleCamera camera{{450, 440, 376, 240}, -0.2, 0.05};
+  const BundleCamera camera{{450, 440, 376, 240}, -0.2, 0.05, 0.01, -0.02};
   for (int i = 0; i < 20; ++i) {
     const Eigen::Vector3d point(random.Uniform(-2, 2), random.Uniform(-2, 2), random.Uniform(2, 6));
     const auto of_point = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
@@ -54,19 +62,23 @@ TEST(BundleCamera, JacobiansEqualCentralDifferences) {
       return camera.Moved(Vector3dCalibration(d)).Project(point);
     };
     EXPECT_LT((camera.PointJacobian(point) - NumericJacobian(of_point, 3)).norm(), 1e-5);
-    EXPECT_LT((camera.CalibrationJacobian(point) - NumericJacobian(of_calibration, 3)).norm(),
-              1e-5);
+    const Eigen::MatrixXd numeric = NumericJacobian(of_calibration, kCalibrationParameters);
+    EXPECT_LT((camera.CalibrationJacobian(point) - numeric).norm(), 1e-5);
   }
 }
 
 TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
   const SmallProblem small;
   BundleStructure structure(small.problem);
-  structure.focal_prior = {0.8 * small.problem.pinhole.fx, 1000};  // As strong as the observations.
+  // As strong as the observations.
+  structure.focal_prior = {0.8 * small.problem.pinhole.fx, 1000};
+  structure.radial_prior = {100, 200};
+  structure.centre_prior = {{small.problem.pinhole.cx + 10, small.problem.pinhole.cy - 4}, 0.5};
+  structure.small_prior = {1000, 50};
   const HuberLoss loss{5.991};
   const BundleState state = small.State();
   BundleLinearization linearization;
-  linearization.Compute(structure, state, loss, {true, true});
+  linearization.Compute(structure, state, loss, kAll);
   const int cameras = structure.free_cameras(), groups = structure.groups();
   ASSERT_EQ(cameras, 3);
   const auto cost = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
@@ -78,11 +90,11 @@ TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
     for (int g = 0; g < groups; ++g) {
       moved.landmarks_world[structure.landmark_of_group[g]] += d.segment<3>(6 * cameras + 3 * g);
     }
-    moved.camera = state.camera.Moved(Vector3dCalibration(d.tail<3>()));
+    moved.camera = state.camera.Moved(Vector3dCalibration(d.tail<kCalibrationParameters>()));
     return Eigen::VectorXd::Constant(1, BundleCost(structure, moved, loss));
   };
   const Eigen::VectorXd numeric =
-      NumericJacobian(cost, 6 * cameras + 3 * groups + 3).transpose() / 2;
+      NumericJacobian(cost, 6 * cameras + 3 * groups + kCalibrationParameters).transpose() / 2;
   for (int i = 0; i < cameras; ++i) {
     const Vector6d& gradient = linearization.camera_gradient[i];
     EXPECT_LT((gradient - numeric.segment<6>(6 * i)).norm(), 1e-5 * gradient.norm());
@@ -92,7 +104,7 @@ TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
     EXPECT_LT((gradient - numeric.segment<3>(6 * cameras + 3 * g)).norm(), 1e-5 * gradient.norm());
   }
   const Vector3dCalibration& gradient = linearization.calibration_gradient;
-  EXPECT_LT((gradient - numeric.tail<3>()).norm(), 1e-5 * gradient.norm());
+  EXPECT_LT((gradient - numeric.tail<kCalibrationParameters>()).norm(), 1e-5 * gradient.norm());
 }
 
 /// The full damped system, assembled block by block and solved without any elimination.
@@ -100,8 +112,9 @@ Eigen::VectorXd SolveDensely(const BundleStructure& structure,
                              const BundleLinearization& linearization, double damping) {
   const int cameras = structure.free_cameras(), groups = structure.groups();
   const int landmark_begin = 6 * cameras, calibration = landmark_begin + 3 * groups;
-  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(calibration + 3, calibration + 3);
-  Eigen::VectorXd gradient(calibration + 3);
+  const int size = calibration + kCalibrationParameters;
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd gradient(size);
   const auto add = [&](int row, int column, const Eigen::MatrixXd& block) {
     hessian.block(row, column, block.rows(), block.cols()) += block;
     if (row != column) hessian.block(column, row, block.cols(), block.rows()) += block.transpose();
@@ -122,7 +135,7 @@ Eigen::VectorXd SolveDensely(const BundleStructure& structure,
       add(6 * o.free_camera, landmark_begin + 3 * o.group, linearization.camera_landmark[i]);
   }
   add(calibration, calibration, linearization.calibration_calibration);
-  gradient.tail<3>() = linearization.calibration_gradient;
+  gradient.tail<kCalibrationParameters>() = linearization.calibration_gradient;
   hessian.diagonal() *= 1 + damping;
   return -hessian.ldlt().solve(gradient);
 }
@@ -131,7 +144,7 @@ TEST(ReducedCameraSystem, StepEqualsThatOfTheFullSystem) {
   const SmallProblem small;
   const BundleStructure structure(small.problem);
   BundleLinearization linearization;
-  linearization.Compute(structure, small.State(), HuberLoss{5.991}, {true, true});
+  linearization.Compute(structure, small.State(), HuberLoss{5.991}, kAll);
   const double damping = 0.01;
   const Eigen::VectorXd expected = SolveDensely(structure, linearization, damping);
   const double tolerance = 1e-7 * expected.norm();
@@ -147,7 +160,7 @@ TEST(ReducedCameraSystem, StepEqualsThatOfTheFullSystem) {
           (step.landmark[g] - expected.segment<3>(6 * structure.free_cameras() + 3 * g)).norm(),
           tolerance);
     }
-    EXPECT_LT((step.calibration - expected.tail<3>()).norm(), tolerance);
+    EXPECT_LT((step.calibration - expected.tail<kCalibrationParameters>()).norm(), tolerance);
     EXPECT_GT(step.predicted_decrease, 0);
   }
 }

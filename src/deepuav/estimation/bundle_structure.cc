@@ -89,8 +89,8 @@ BundleStructure::BundleStructure(const BundleProblem& problem) {
   for (const BundleObservation& o : problem.observations) {
     if (!takes_part(o)) continue;
     const int group = group_of_landmark[o.landmark];
-    observations[next[group]++] = {o.camera, free_of_camera[o.camera], group, o.px,
-                                   Whitening(o.noise)};
+    observations[next[group]++] = {o.camera, free_of_camera[o.camera], group,
+                                   o.px,     Whitening(o.noise),       o.drift_cam_per_s};
   }
   std::vector<int> camera_sizes(free_cameras(), 0);
   for (int group = 0; group < groups(); ++group) {

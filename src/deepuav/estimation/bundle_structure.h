@@ -15,6 +15,7 @@ struct GroupedObservation {
   int group = 0;
   Eigen::Vector2d px;
   Whitening whitening;
+  Eigen::Vector3d drift_cam_per_s;
 };
 
 /// What is known of the focal length beforehand: its logarithm is normally distributed.
@@ -28,6 +29,22 @@ struct FocalPrior {
 /// What is known of k1 and k2 beforehand: near 0.
 struct RadialPrior {
   double per_k1_sigma = 0, per_k2_sigma = 0;  ///< 0: nothing is known.
+};
+
+/// What is known of the principal point beforehand.
+struct CentrePrior {
+  Eigen::Vector2d guess_px = Eigen::Vector2d::Zero();
+  double per_sigma_px = 0;  ///< 0: nothing is known.
+
+  /// In standard deviations.
+  Eigen::Vector2d Error(const Pinhole& pinhole) const {
+    return per_sigma_px * (Eigen::Vector2d(pinhole.cx, pinhole.cy) - guess_px);
+  }
+};
+
+/// What is known of the tangential distortion and of the readout beforehand: near 0.
+struct SmallPrior {
+  double per_tangential_sigma = 0, per_readout_sigma_s = 0;  ///< 0: nothing is known.
 };
 
 /// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if
@@ -49,6 +66,8 @@ struct BundleStructure {
   std::vector<int> camera_observations, camera_begin;
   FocalPrior focal_prior;
   RadialPrior radial_prior;
+  CentrePrior centre_prior;
+  SmallPrior small_prior;
   std::vector<int> free_of_camera;  ///< By camera; -1 for one that does not move.
   CameraFactors factors;
   std::vector<CameraPairBlock> camera_pairs;  ///< Free cameras that share a factor, zero blocks.

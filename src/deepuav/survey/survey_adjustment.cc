@@ -19,7 +19,11 @@ SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::v
   problem.pinhole = state.lens.camera.pinhole;
   problem.k1 = state.lens.camera.k1;
   problem.k2 = state.lens.camera.k2;
+  problem.p1 = state.lens.camera.p1;
+  problem.p2 = state.lens.camera.p2;
+  problem.readout_s = state.lens.camera.readout_s;
   problem.focal_guess_px = state.lens.focal_guess_px;
+  problem.centre_guess_px = state.lens.centre_guess_px;
   std::vector<uint8_t> is_free(state.cam_from_world.size(), 0);
   for (const int view : free) is_free[static_cast<size_t>(view)] = 1;
   std::vector<int> camera_of_view(state.cam_from_world.size(), -1);
@@ -48,9 +52,10 @@ SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::v
     for (size_t s = 0; s < sights.size(); ++s) {
       if (!counts(s)) continue;
       const auto& [view, keypoint] = sights[s];
-      problem.observations.push_back({camera_of(view), landmark,
-                                      px[static_cast<size_t>(view)][static_cast<size_t>(keypoint)],
-                                      1.0});
+      const SightPixel& pixel = px[static_cast<size_t>(view)][static_cast<size_t>(keypoint)];
+      problem.observations.push_back({camera_of(view), landmark, pixel.px,
+                                      pixel.NoiseWith(state.model_sigma_px),
+                                      state.DriftPerS(view, pixel.px.y())});
     }
   }
   return bundle;
@@ -73,7 +78,13 @@ BundleOptions OptionsOf(bool refine_lens, int max_iterations, const SurveyOption
   const Pinhole& pinhole = lens.camera.pinhole;
   const double corner_radius = std::hypot(pinhole.cx, pinhole.cy) / pinhole.fx;
   constexpr double kAsGoodAsNone = 1e-4;
-  bundle.k2_sigma = corner_radius < kMinK2Radius ? kAsGoodAsNone : options.k2_sigma;
+  const bool tells_k2 = lens.is_refined_wholly || corner_radius >= kMinK2Radius;
+  bundle.k2_sigma = tells_k2 ? options.k2_sigma : kAsGoodAsNone;
+  bundle.refine_centre = bundle.refine_tangential = bundle.refine_readout =
+      bundle.refine_radial && lens.is_refined_wholly;
+  bundle.centre_sigma = options.centre_sigma;
+  bundle.tangential_sigma = options.tangential_sigma;
+  bundle.readout_sigma_s = options.readout_sigma_s;
   return bundle;
 }
 
@@ -83,6 +94,26 @@ std::vector<int> AllViews(const SurveyState& state) {
     if (state.cam_from_world[i]) views.push_back(static_cast<int>(i));
   }
   return views;
+}
+
+/// Velocities are in units of the map, which could else grow as the readout falls: the view
+/// farthest from the one that holds the gauge stays about as far.
+void HoldScale(SurveyBundle* bundle) {
+  BundleProblem& problem = bundle->problem;
+  const Eigen::Vector3d held = problem.cam_from_world.front().InverseTranslation();
+  PositionFactor farthest;
+  double distance = 0;
+  for (size_t i = 1; i < problem.cam_from_world.size(); ++i) {
+    const Eigen::Vector3d centre = problem.cam_from_world[i].InverseTranslation();
+    if ((centre - held).norm() <= distance) continue;
+    distance = (centre - held).norm();
+    farthest.camera = static_cast<int>(i);
+    farthest.position_world = centre;
+  }
+  if (distance == 0) return;
+  constexpr double kScaleSigma = 0.01;  // loose beside what the photographs tell of the shape
+  farthest.per_sigma.setConstant(1 / (kScaleSigma * distance));
+  problem.factors.positions.push_back(farthest);
 }
 
 }  // namespace
@@ -97,8 +128,10 @@ void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<i
                                        [](uint8_t fixed) { return fixed != 0; });
   if (none_fixed) problem.camera_fixed.front() = 1;
   const SurveyLens before = state->lens;
+  if (none_fixed && before.is_refined_wholly) HoldScale(&bundle);
   AdjustBundle(&problem, OptionsOf(refine_lens, max_iterations, options, before), stop);
-  state->lens.camera = {problem.pinhole, problem.k1, problem.k2};
+  state->lens.camera = {problem.pinhole, problem.k1, problem.k2,
+                        problem.p1,      problem.p2, problem.readout_s};
   for (size_t i = 0; i < bundle.views.size(); ++i)
     state->cam_from_world[static_cast<size_t>(bundle.views[i])] = problem.cam_from_world[i];
   for (size_t i = 0; i < bundle.tracks.size(); ++i)
@@ -118,6 +151,7 @@ std::optional<CalibrationSigmas> LensSigmas(const Tracks& tracks, const ViewPixe
   SurveyBundle bundle = MakeBundle(tracks, px, AllViews(state), state);
   if (bundle.problem.observations.empty()) return std::nullopt;
   bundle.problem.camera_fixed.front() = 1;
+  if (state.lens.is_refined_wholly) HoldScale(&bundle);
   return EstimateCalibrationSigmas(bundle.problem, OptionsOf(true, 0, options, state.lens));
 }
 

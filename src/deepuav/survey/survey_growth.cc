@@ -35,7 +35,7 @@ SurveyGrowth::SurveyGrowth(const Tracks* tracks, const ViewPixels* px, const Sur
       failed_at_(px->size(), 0) {}
 
 const Eigen::Vector2d& SurveyGrowth::PixelOf(const Track::Sight& sight) const {
-  return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
+  return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)].px;
 }
 
 bool SurveyGrowth::lens_is_young() const {
@@ -79,6 +79,9 @@ bool SurveyGrowth::Start(const MatchedPair& pair, const SE3& b_from_a) {
 
 void SurveyGrowth::Resume(const SurveyState& known) {
   state_.lens = known.lens;
+  state_.model_sigma_px = known.model_sigma_px;
+  state_.velocity_world = known.velocity_world;
+  state_.image_rows = known.image_rows;
   state_.cam_from_world = known.cam_from_world;
   TriangulateAll();
 }
@@ -125,7 +128,7 @@ bool SurveyGrowth::AddView(int view) {
   for (size_t k = 0; k < tracks_->of_keypoint[v].size(); ++k) {
     const int track = tracks_->of_keypoint[v][k];
     if (track < 0 || !state_.points[static_cast<size_t>(track)]) continue;
-    const auto px = state_.lens.Undistort((*px_)[v][k]);
+    const auto px = state_.lens.Undistort((*px_)[v][k].px);
     if (px) observations.push_back({*state_.points[static_cast<size_t>(track)], *px, sigma_px});
   }
   AbsolutePoseOptions robust;
@@ -195,7 +198,7 @@ bool SurveyGrowth::Triangulate(size_t track) {
       int agreeing = 0;
       for (const Eye& eye : eyes) {
         agreeing +=
-            SquaredErrorPx(state_.lens.camera, *eye.cam_from_world, *point, eye.px) < max_squared;
+            SquaredErrorPx(state_.lens.camera, *eye.cam_from_world * *point, eye.px) < max_squared;
       }
       if (agreeing < most + (best ? 0 : 1) || (agreeing == most && parallax <= widest)) continue;
       best = point, most = agreeing, widest = parallax;
@@ -214,8 +217,10 @@ void SurveyGrowth::JudgeTrack(size_t track) {
   for (size_t s = 0; s < sights.size(); ++s) {
     const auto& pose = state_.cam_from_world[static_cast<size_t>(sights[s].view)];
     state_.agrees[track][s] =
-        pose && SquaredErrorPx(state_.lens.camera, *pose, *state_.points[track],
-                               PixelOf(sights[s])) < max_squared;
+        pose && SquaredErrorPx(
+                    state_.lens.camera,
+                    state_.InCamera(*state_.points[track], sights[s].view, PixelOf(sights[s]).y()),
+                    PixelOf(sights[s])) < max_squared;
     if (state_.agrees[track][s]) centres.push_back(pose->InverseTranslation());
   }
   constexpr double kStaysWith = 0.5;  // what the adjustment took of the parallax it was made with
@@ -281,7 +286,7 @@ double SurveyGrowth::Support() const {
     for (size_t s = 0; s < sights.size(); ++s) {
       const auto& pose = state_.cam_from_world[static_cast<size_t>(sights[s].view)];
       if (!pose || !state_.agrees[t][s]) continue;
-      support += std::max(0.0, 1 - SquaredErrorPx(state_.lens.camera, *pose, *state_.points[t],
+      support += std::max(0.0, 1 - SquaredErrorPx(state_.lens.camera, *pose * *state_.points[t],
                                                   PixelOf(sights[s])) /
                                        max_squared);
     }

@@ -1,6 +1,10 @@
 #include "deepuav/survey/survey_map.h"
 
+#include <Eigen/LU>
 #include <memory>
+#include <optional>
+
+#include "deepuav/patches/patch_warp.h"
 
 namespace deepuav {
 namespace {
@@ -28,27 +32,64 @@ UndistortedFeatures Undistorted(const Features& features, const Camera& camera) 
   return {std::move(undistorted), std::move(index)};
 }
 
-/// What each keyframe sees: pairs of key point and landmark.
-using Sightings = std::vector<std::vector<std::pair<int, LandmarkId>>>;
+struct Sighting {
+  int keypoint;
+  LandmarkId landmark;
+  std::optional<PixelMeasurement> measured;
+};
+
+/// What each keyframe sees.
+using Sightings = std::vector<std::vector<Sighting>>;
+
+/// Where the pixel would be, had all rows been read at once.
+SightPixel AtOnce(SightPixel pixel, const Eigen::Vector3d& point, int view,
+                  const SurveyState& state) {
+  const Eigen::Vector3d rolling = state.InCamera(point, view, pixel.px.y());
+  const Eigen::Vector3d still = *state.cam_from_world[static_cast<size_t>(view)] * point;
+  if (rolling.z() > 0 && still.z() > 0)
+    pixel.px += state.lens.camera.Project(still) - state.lens.camera.Project(rolling);
+  return pixel;
+}
+
+/// What a patch found, as the refined camera sees it; nothing where none did.
+std::optional<PixelMeasurement> Undistorted(const SightPixel& pixel, const Camera& camera,
+                                            bool keeps_distortion) {
+  if (!pixel.by_patch) return std::nullopt;
+  if (!keeps_distortion) return PixelMeasurement{pixel.px.cast<float>(), pixel.noise, true};
+  const auto px = camera.Undistort(pixel.px);
+  const auto lens = px ? DistortionJacobian(camera, *px) : std::nullopt;
+  if (!lens) return std::nullopt;
+  const Eigen::Matrix2d undistorting = lens->inverse();
+  const PixelNoise noise(undistorting * pixel.noise.Covariance() * undistorting.transpose());
+  return PixelMeasurement{px->cast<float>(), noise, true};
+}
 
 /// Adds the landmarks, without observations yet.
-Sightings AddLandmarks(const Tracks& tracks, const SurveyState& state,
-                       const std::vector<KeyframeId>& keyframes,
-                       const std::vector<std::vector<int>>& index, Map* map, IdSource* ids) {
+Sightings AddLandmarks(const BuiltSurvey& survey, const std::vector<KeyframeId>& keyframes,
+                       const std::vector<std::vector<int>>& index, const Camera& camera,
+                       bool keeps_distortion, Map* map, IdSource* ids) {
   Sightings sightings(keyframes.size());
+  const auto& [tracks, state, px] = survey;
   for (size_t t = 0; t < tracks.tracks.size(); ++t) {
     if (!state.points[t]) continue;
-    std::vector<std::pair<size_t, int>> seen;  // view, key point
+    std::vector<std::pair<size_t, Sighting>> seen;  // by view
     for (size_t s = 0; s < tracks.tracks[t].sights.size(); ++s) {
-      const auto view = static_cast<size_t>(tracks.tracks[t].sights[s].view);
+      const Track::Sight& sight = tracks.tracks[t].sights[s];
+      const auto view = static_cast<size_t>(sight.view);
       if (!state.agrees[t][s] || !keyframes[view].valid()) continue;
-      const int keypoint = index[view][static_cast<size_t>(tracks.tracks[t].sights[s].keypoint)];
-      if (keypoint >= 0) seen.emplace_back(view, keypoint);
+      const auto detected = static_cast<size_t>(sight.keypoint);
+      const int keypoint = index[view][detected];
+      if (keypoint < 0) continue;
+      const SightPixel pixel = AtOnce(px[view][detected], *state.points[t], sight.view, state);
+      seen.push_back({view, {keypoint, {}, Undistorted(pixel, camera, keeps_distortion)}});
     }
     if (seen.size() < 2) continue;
     const LandmarkId landmark = ids->NextLandmark();
     map->AddLandmark(landmark, *state.points[t], keyframes[seen.back().first]);
-    for (const auto& [view, keypoint] : seen) sightings[view].emplace_back(keypoint, landmark);
+    for (auto& [view, sighting] : seen) {
+      sighting.landmark = landmark;
+      sightings[view].push_back(sighting);
+    }
     const auto count = static_cast<int>(seen.size());
     map->CountViews(landmark, count, count);
   }
@@ -57,9 +98,12 @@ Sightings AddLandmarks(const Tracks& tracks, const SurveyState& state,
 
 }  // namespace
 
-std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views, const Tracks& tracks,
-                                     const SurveyState& state, const Camera& camera, Atlas* atlas) {
+std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views,
+                                     const BuiltSurvey& survey, const Camera& camera,
+                                     bool keeps_distortion, Atlas* atlas) {
+  const SurveyState& state = survey.state;
   Map map(atlas->NextMap());
+  map.SetModelSigma(state.model_sigma_px);
   std::vector<KeyframeId> keyframes(views.size());
   std::vector<std::vector<int>> index(views.size());
   for (size_t v = 0; v < views.size(); ++v) {
@@ -67,16 +111,18 @@ std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views, const
     UndistortedFeatures undistorted = Undistorted(*views[v].frame.features, camera);
     Frame frame = views[v].frame;
     frame.features = std::move(undistorted.features);
+    frame.image.reset();  // thousands of photographs would not fit into memory
     index[v] = std::move(undistorted.index);
     keyframes[v] = atlas->ids().NextKeyframe();
     map.AddKeyframe(keyframes[v], frame, *state.cam_from_world[v]);
   }
-  const Sightings sightings = AddLandmarks(tracks, state, keyframes, index, &map, &atlas->ids());
+  const Sightings sightings =
+      AddLandmarks(survey, keyframes, index, camera, keeps_distortion, &map, &atlas->ids());
   KeyframeId previous;
   for (size_t v = 0; v < views.size(); ++v) {
     if (!keyframes[v].valid()) continue;
-    for (const auto& [keypoint, landmark] : sightings[v])
-      map.AddObservation(keyframes[v], keypoint, landmark);
+    for (const auto& [keypoint, landmark, measured] : sightings[v])
+      map.AddObservation(keyframes[v], keypoint, landmark, measured);
     // Only those before it see a landmark by now: no circle can arise.
     if (previous.valid()) map.ConnectToParent(keyframes[v], previous);
     previous = keyframes[v];

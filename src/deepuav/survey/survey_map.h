@@ -9,9 +9,11 @@
 namespace deepuav {
 
 /// Adds a map of what is known to the atlas, a keyframe each photograph that has a pose, its key
-/// points undistorted by `camera`. The unit of length is the median depth of the first one. Gives
-/// the keyframe of each view, invalid where there is none.
-std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views, const Tracks& tracks,
-                                     const SurveyState& state, const Camera& camera, Atlas* atlas);
+/// points and what patches measured undistorted by `camera` (`keeps_distortion`: the survey's
+/// pixels are of the images as taken). The unit of length is the median depth of the first one.
+/// Gives the keyframe of each view, invalid where there is none.
+std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views,
+                                     const BuiltSurvey& survey, const Camera& camera,
+                                     bool keeps_distortion, Atlas* atlas);
 
 }  // namespace deepuav

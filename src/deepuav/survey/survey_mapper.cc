@@ -40,13 +40,15 @@ int QuarterTurns(const SE3& b_from_a) {
 }  // namespace
 
 SurveyMapper::SurveyMapper(const Camera& camera, double focal_sigma, const SurveyOptions& options,
-                           const SurveyEyes& eyes, StageListener* stages)
-    : camera_(camera), options_(options), eyes_(eyes), stages_(stages) {
+                           const SurveyEyes& eyes, StageListener* stages,
+                           const SurveyMeasuring& measuring)
+    : camera_(camera), options_(options), eyes_(eyes), stages_(stages), measuring_(measuring) {
   options_.Check();
   const auto radial = PlainRadial(camera);
   lens_.camera.pinhole = camera.pinhole;
   lens_.focal_guess_px = camera.pinhole.fx;
-  lens_.is_refined = focal_sigma > 0 && radial;
+  lens_.centre_guess_px = {camera.pinhole.cx, camera.pinhole.cy};
+  lens_.is_refined = keeps_distortion_ = focal_sigma > 0 && radial;
   if (!lens_.is_refined) return;
   lens_.focal_sigma = focal_sigma;
   std::tie(lens_.camera.k1, lens_.camera.k2) = *radial;
@@ -55,9 +57,9 @@ SurveyMapper::SurveyMapper(const Camera& camera, double focal_sigma, const Surve
 ViewPixels SurveyMapper::PixelsOf(const std::vector<SurveyView>& views) const {
   ViewPixels px;
   for (const SurveyView& view : views) {
-    std::vector<Eigen::Vector2d>& of_view = px.emplace_back();
+    std::vector<SightPixel>& of_view = px.emplace_back();
     for (const Keypoint& keypoint : view.frame.features->keypoints) {
-      of_view.push_back((lens_.is_refined ? keypoint.image_px : keypoint.px).cast<double>());
+      of_view.push_back({(keeps_distortion_ ? keypoint.image_px : keypoint.px).cast<double>()});
     }
   }
   return px;
@@ -105,7 +107,7 @@ std::vector<PairCandidate> SurveyMapper::OverlappingPairs(const Tracks& tracks,
   return pairs;
 }
 
-void SurveyMapper::MatchOverlaps(const std::vector<SurveyView>& views, const Built& built,
+void SurveyMapper::MatchOverlaps(const std::vector<SurveyView>& views, const BuiltSurvey& built,
                                  std::vector<MatchedPair>* pairs,
                                  const std::function<bool()>& stop) {
   std::set<std::pair<int, int>> matched;
@@ -121,11 +123,10 @@ void SurveyMapper::MatchOverlaps(const std::vector<SurveyView>& views, const Bui
   for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
 }
 
-std::optional<SurveyMapper::Built> SurveyMapper::Build(const std::vector<SurveyView>& views,
-                                                       const ViewPixels& px,
-                                                       const std::set<int>& taken,
-                                                       std::vector<MatchedPair>* pairs,
-                                                       const std::function<bool()>& stop) {
+std::optional<BuiltSurvey> SurveyMapper::Build(const std::vector<SurveyView>& views,
+                                               const ViewPixels& px, const std::set<int>& taken,
+                                               std::vector<MatchedPair>* pairs,
+                                               const std::function<bool()>& stop) {
   const int most = static_cast<int>(views.size());
   Tracks tracks = JoinMatches(views, *pairs);
   std::optional<SurveyState> known;
@@ -139,25 +140,73 @@ std::optional<SurveyMapper::Built> SurveyMapper::Build(const std::vector<SurveyV
     growth->Finish(stop);
     known = growth->state();
   }
-  Built built{std::move(tracks), std::move(*known)};
+  BuiltSurvey built{std::move(tracks), std::move(*known), px};
   {
     const StageScope stage(stages_, "match pairs");
     MatchOverlaps(views, built, pairs, stop);
   }
-  const StageScope stage(stages_, "grow map");
-  Tracks all = JoinMatches(views, *pairs);
-  SurveyGrowth growth(&all, &px, built.state.lens, options_);
-  growth.Resume(built.state);
-  growth.Grow(most, taken, stop);
-  growth.Finish(stop);
-  built = {std::move(all), growth.state()};
-  KeepLensOneToOne(px, stop, &built);
+  {
+    const StageScope stage(stages_, "grow map");
+    Tracks all = JoinMatches(views, *pairs);
+    SurveyGrowth growth(&all, &px, built.state.lens, options_);
+    growth.Resume(built.state);
+    growth.Grow(most, taken, stop);
+    growth.Finish(stop);
+    built = {std::move(all), growth.state(), px};
+    KeepLensOneToOne(stop, &built);
+  }
+  Sharpen(views, stop, &built);
   return built;
 }
 
+void SurveyMapper::Sharpen(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
+                           BuiltSurvey* built) {
+  {
+    const StageScope stage(stages_, "align patches");
+    const PatchSurvey survey{&views, CameraOf(built->state.lens), keeps_distortion_,
+                             measuring_.patches};
+    const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
+    Log().debug("{} sights were measured by patches", measured);
+    if (measured == 0) return;
+  }
+  const StageScope stage(stages_, "sharpen map");
+  built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
+  built->state.image_rows = camera_.height;
+  AdjustMeasured(views, stop, built);
+  if (lens_.is_refined) RefineWholly(views, stop, built);
+}
+
+void SurveyMapper::AdjustMeasured(const std::vector<SurveyView>& views,
+                                  const std::function<bool()>& stop, BuiltSurvey* built) {
+  constexpr int kRounds = 2;  // the second knows what the first shows of the model's errors
+  for (int round = 0; round < kRounds; ++round) {
+    if (built->state.lens.is_refined_wholly)
+      built->state.velocity_world = ViewVelocities(views, built->state);
+    SurveyGrowth growth(&built->tracks, &built->px, built->state.lens, options_);
+    growth.Resume(built->state);
+    growth.Finish(stop);
+    built->state = growth.state();
+    built->state.model_sigma_px =
+        ModelSigmaPx(built->tracks, built->px, built->state, measuring_.model_noise);
+    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
+                built->state.model_sigma_px, built->state.lens.camera.readout_s);
+  }
+}
+
+/// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
+/// they don't mean.
+void SurveyMapper::RefineWholly(const std::vector<SurveyView>& views,
+                                const std::function<bool()>& stop, BuiltSurvey* built) {
+  BuiltSurvey whole = *built;
+  whole.state.lens.is_refined_wholly = true;
+  AdjustMeasured(views, stop, &whole);
+  if (whole.state.model_sigma_px > options_.max_model_sigma_px) return;
+  *built = std::move(whole);
+  KeepLensOneToOne(stop, built);
+}
+
 /// Where few photographs tell the lens's bend at their corners, it may fold over there.
-void SurveyMapper::KeepLensOneToOne(const ViewPixels& px, const std::function<bool()>& stop,
-                                    Built* built) {
+void SurveyMapper::KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built) {
   SurveyLens& lens = built->state.lens;
   const double corner_px =
       std::hypot(std::max(lens.camera.pinhole.cx, camera_.width - 1 - lens.camera.pinhole.cx),
@@ -167,9 +216,9 @@ void SurveyMapper::KeepLensOneToOne(const ViewPixels& px, const std::function<bo
       "the radial distortion found (k1 {:.3f}, k2 {:.3f}) folds over inside the image: none "
       "is used",
       lens.camera.k1, lens.camera.k2);
-  lens.camera.k1 = lens.camera.k2 = 0;
+  lens.camera.k1 = lens.camera.k2 = lens.camera.p1 = lens.camera.p2 = 0;
   lens.is_refined = false;
-  SurveyGrowth growth(&built->tracks, &px, lens, options_);
+  SurveyGrowth growth(&built->tracks, &built->px, lens, options_);
   growth.Resume(built->state);
   growth.Finish(stop);
   built->state = growth.state();
@@ -178,9 +227,9 @@ void SurveyMapper::KeepLensOneToOne(const ViewPixels& px, const std::function<bo
 Camera SurveyMapper::CameraOf(const SurveyLens& lens) const {
   Camera camera = camera_;
   camera.pinhole = lens.camera.pinhole;
-  if (lens.camera.k1 == 0 && lens.camera.k2 == 0) return camera;
+  if (lens.camera.IsUndistorted()) return camera;
   camera.lens = LensModel::kRadialTangential;
-  camera.distortion = {lens.camera.k1, lens.camera.k2, 0, 0};
+  camera.distortion = {lens.camera.k1, lens.camera.k2, lens.camera.p1, lens.camera.p2};
   return camera;
 }
 
@@ -202,12 +251,13 @@ SurveyOutcome SurveyMapper::Run(const std::vector<SurveyView>& views,
   std::set<int> taken;
   const bool was_refined = lens_.is_refined;
   while (!(stop && stop() && !taken.empty())) {
-    const std::optional<Built> built = Build(views, px, taken, &pairs, stop);
+    const std::optional<BuiltSurvey> built = Build(views, px, taken, &pairs, stop);
     if (!built) break;
     if (taken.empty()) {
       // The first map is the largest as a rule, and tells the lens to the others.
       lens_ = built->state.lens;
-      outcome.lens_sigmas = LensSigmas(built->tracks, px, options_, built->state);
+      outcome.readout_s = lens_.camera.readout_s;
+      outcome.lens_sigmas = LensSigmas(built->tracks, built->px, options_, built->state);
       lens_.is_refined = false;
       if (was_refined) outcome.camera = CameraOf(lens_);
     }
@@ -215,7 +265,7 @@ SurveyOutcome SurveyMapper::Run(const std::vector<SurveyView>& views,
     taken.insert(mapped.begin(), mapped.end());
     const MapId map = outcome.atlas.NextMap();
     const std::vector<KeyframeId> keyframes =
-        AddSurveyMap(views, built->tracks, built->state, outcome.camera, &outcome.atlas);
+        AddSurveyMap(views, *built, outcome.camera, keeps_distortion_, &outcome.atlas);
     for (size_t v = 0; v < keyframes.size(); ++v) {
       if (keyframes[v].valid()) outcome.places[v] = {map, keyframes[v]};
     }

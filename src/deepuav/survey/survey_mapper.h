@@ -11,6 +11,7 @@
 #include "deepuav/map/atlas.h"
 #include "deepuav/survey/survey_growth.h"
 #include "deepuav/survey/survey_options.h"
+#include "deepuav/survey/track_measurement.h"
 #include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
@@ -20,6 +21,12 @@ struct SurveyEyes {
   Matcher* quick = nullptr;
   Matcher* learned = nullptr;              ///< May be null.
   const Vocabulary* vocabulary = nullptr;  ///< Null: by the order of the photographs alone.
+};
+
+/// How points are measured once the map stands.
+struct SurveyMeasuring {
+  PatchOptions patches;
+  ModelNoiseOptions model_noise;
 };
 
 /// What came of a survey.
@@ -32,6 +39,7 @@ struct SurveyOutcome {
   Camera camera;                                 ///< As given, or refined.
   std::vector<Place> places;                     ///< By view.
   std::optional<CalibrationSigmas> lens_sigmas;  ///< Where the lens was refined.
+  double readout_s = 0;  ///< Of a rolling shutter, as the photographs show it; 0: not told.
 };
 
 /// Makes maps of photographs that may come in any order, of a lens that may be a guess: all pairs
@@ -42,34 +50,37 @@ class SurveyMapper {
   /// `focal_sigma`: standard deviation of the focal length over it; 0 for a calibrated camera,
   /// which is kept. `stages` may be null.
   SurveyMapper(const Camera& camera, double focal_sigma, const SurveyOptions& options,
-               const SurveyEyes& eyes, StageListener* stages);
+               const SurveyEyes& eyes, StageListener* stages,
+               const SurveyMeasuring& measuring = {});
 
   /// `stop`, if given, is asked between the steps; what is there then is given.
   SurveyOutcome Run(const std::vector<SurveyView>& views,
                     const std::function<bool()>& stop = nullptr);
 
  private:
-  /// A map, and the tracks that its state is of.
-  struct Built {
-    Tracks tracks;
-    SurveyState state;
-  };
-
   ViewPixels PixelsOf(const std::vector<SurveyView>& views) const;
-  std::optional<Built> Build(const std::vector<SurveyView>& views, const ViewPixels& px,
-                             const std::set<int>& taken, std::vector<MatchedPair>* pairs,
-                             const std::function<bool()>& stop);
+  std::optional<BuiltSurvey> Build(const std::vector<SurveyView>& views, const ViewPixels& px,
+                                   const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                                   const std::function<bool()>& stop);
   std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state) const;
-  void MatchOverlaps(const std::vector<SurveyView>& views, const Built& built,
+  void MatchOverlaps(const std::vector<SurveyView>& views, const BuiltSurvey& built,
                      std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
-  void KeepLensOneToOne(const ViewPixels& px, const std::function<bool()>& stop, Built* built);
+  void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
+  void AdjustMeasured(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
+                      BuiltSurvey* built);
+  void RefineWholly(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
+                    BuiltSurvey* built);
+  void Sharpen(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
+               BuiltSurvey* built);
   Camera CameraOf(const SurveyLens& lens) const;
 
   const Camera camera_;
   const SurveyOptions options_;
   const SurveyEyes eyes_;
   StageListener* stages_;
+  const SurveyMeasuring measuring_;
   SurveyLens lens_;
+  bool keeps_distortion_ = false;  ///< Pixels are of the images as taken, for the lens is refined.
   std::set<PairCandidate> tried_;
 };
 

@@ -17,8 +17,8 @@ constexpr double kShortestFocal = 0.3, kLongestFocal = 12;
 double MedianMotionPx(const MatchedPair& pair, const ViewPixels& px) {
   std::vector<double> motions;
   for (const Match& match : pair.matches) {
-    motions.push_back((px[static_cast<size_t>(pair.a)][static_cast<size_t>(match.a)] -
-                       px[static_cast<size_t>(pair.b)][static_cast<size_t>(match.b)])
+    motions.push_back((px[static_cast<size_t>(pair.a)][static_cast<size_t>(match.a)].px -
+                       px[static_cast<size_t>(pair.b)][static_cast<size_t>(match.b)].px)
                           .norm());
   }
   if (motions.empty()) return 0;

@@ -5,15 +5,27 @@
 #include <vector>
 
 #include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/radial_polynomial.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/survey/tracks.h"
 
 namespace deepuav {
 
-/// Pixels of every key point of every view: as measured, with the distortion of the lens where it
-/// is refined, else without.
-using ViewPixels = std::vector<std::vector<Eigen::Vector2d>>;
+/// Where a view shows something: with the distortion of the lens where that is refined, else
+/// without.
+struct SightPixel {
+  Eigen::Vector2d px;
+  PixelNoise noise = 1.0;
+  bool by_patch = false;  ///< Found by aligning patches, or the middle of one; else as detected.
+
+  PixelNoise NoiseWith(double model_sigma_px) const {
+    return by_patch ? noise.Plus(model_sigma_px) : noise;
+  }
+};
+
+/// Of every key point of every view.
+using ViewPixels = std::vector<std::vector<SightPixel>>;
 
 /// The lens of all photographs while it is being found.
 struct SurveyLens {
@@ -21,6 +33,9 @@ struct SurveyLens {
   bool is_refined = false;    ///< Else it stays as it is.
   double focal_guess_px = 0;  ///< What the prior says...
   double focal_sigma = 0.1;   ///< ...and how far it is to be trusted.
+  Eigen::Vector2d centre_guess_px = Eigen::Vector2d::Zero();
+  /// Its centre, tangential distortion and readout are refined, too, and k2 however narrow it is.
+  bool is_refined_wholly = false;
 
   /// The point at depth 1 that the pixel shows; nothing where the model has no inverse.
   std::optional<Eigen::Vector3d> Ray(const Eigen::Vector2d& px) const;
@@ -36,13 +51,29 @@ struct SurveyState {
   std::vector<std::optional<SE3>> cam_from_world;
   std::vector<std::optional<Eigen::Vector3d>> points;
   std::vector<std::vector<uint8_t>> agrees;  ///< By track, one a sight: it counts.
+  double model_sigma_px = 0;                 ///< What patches err by on top of their own noise.
+  /// By view, map units a second, of photographs whose rows are read one after the other; empty
+  /// where nothing is known.
+  std::vector<Eigen::Vector3d> velocity_world;
+  double image_rows = 1;
 
   SurveyState(const Tracks& tracks, size_t views, const SurveyLens& survey_lens);
   int ViewCount() const;
+  /// How a point moves in the view's camera in a second of readout, up to the row that shows it.
+  Eigen::Vector3d DriftPerS(int view, double row_px) const;
+  /// The point in the camera of a view that has a pose, when the row is read.
+  Eigen::Vector3d InCamera(const Eigen::Vector3d& point, int view, double row_px) const;
+};
+
+/// A map of photographs, the tracks that its state is of, and where each was measured.
+struct BuiltSurvey {
+  Tracks tracks;
+  SurveyState state;
+  ViewPixels px;
 };
 
 /// The squared reprojection error of a point; infinite behind the camera.
-double SquaredErrorPx(const BundleCamera& camera, const SE3& cam_from_world,
-                      const Eigen::Vector3d& point, const Eigen::Vector2d& px);
+double SquaredErrorPx(const BundleCamera& camera, const Eigen::Vector3d& point_cam,
+                      const Eigen::Vector2d& px);
 
 }  // namespace deepuav

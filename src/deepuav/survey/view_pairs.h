@@ -16,7 +16,7 @@ namespace deepuav {
 
 /// A photograph as the survey sees it.
 struct SurveyView {
-  Frame frame;               ///< Without its image.
+  Frame frame;
   TurnedDescriptors turned;  ///< Of the same key points under other headings, or without rows.
 };
 

@@ -15,7 +15,6 @@ SurveyView ViewOf(Frame frame, TurnedDescriber* turned, StageClock* clock) {
     const StageScope stage(clock, "turned descriptors");
     view.turned = turned->Describe(frame.image->image(), *frame.features);
   }
-  frame.image.reset();
   view.frame = std::move(frame);
   return view;
 }
@@ -88,7 +87,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
   SurveyMapper mapper(camera, focal_sigma, options.survey, {quick, learned, perception.vocabulary},
-                      &clock);
+                      &clock, {options.patches, options.mapping.model_noise});
   try {
     run.outcome = mapper.Run(views, late);
   } catch (const std::exception& error) {

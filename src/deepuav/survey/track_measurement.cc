@@ -1,0 +1,189 @@
+#include "deepuav/survey/track_measurement.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <optional>
+
+#include "deepuav/patches/patch_warp.h"
+
+namespace deepuav {
+namespace {
+
+/// The sights of one point that count, and from where they see it.
+struct SeenPoint {
+  Eigen::Vector3d position_world;
+  Eigen::Vector3d normal_world;  ///< The mean direction towards the views.
+  std::vector<Track::Sight> sights;
+  size_t reference = 0;  ///< Of these, the one nearest to the mean direction.
+};
+
+std::optional<SeenPoint> Seen(const std::vector<SurveyView>& views, const Track& track,
+                              const Eigen::Vector3d& point, const std::vector<uint8_t>& agrees,
+                              const SurveyState& state) {
+  SeenPoint seen{point, Eigen::Vector3d::Zero(), {}, 0};
+  std::vector<Eigen::Vector3d> directions;
+  for (size_t s = 0; s < track.sights.size(); ++s) {
+    const auto view = static_cast<size_t>(track.sights[s].view);
+    if (!agrees[s] || !state.cam_from_world[view] || !views[view].frame.image) continue;
+    const Eigen::Vector3d to_view = state.cam_from_world[view]->InverseTranslation() - point;
+    seen.sights.push_back(track.sights[s]);
+    directions.push_back(to_view.normalized());
+    seen.normal_world += directions.back();
+  }
+  if (seen.sights.size() < 2) return std::nullopt;
+  for (size_t s = 1; s < directions.size(); ++s) {
+    if (directions[s].dot(seen.normal_world) > directions[seen.reference].dot(seen.normal_world))
+      seen.reference = s;
+  }
+  return seen;
+}
+
+/// Aligns the sights of points with their references.
+class Measuring {
+ public:
+  Measuring(const PatchSurvey& survey, const SurveyState& state, ViewPixels* px)
+      : survey_(survey), state_(state), px_(px) {}
+
+  int Measure(const SeenPoint& seen) {
+    const Track::Sight& reference = seen.sights[seen.reference];
+    int measured = 0;
+    for (size_t s = 0; s < seen.sights.size(); ++s)
+      measured += s != seen.reference && MeasureBy(seen, reference, seen.sights[s]);
+    if (measured == 0) return 0;
+    PixelOf(reference) = {Undistorting(reference, DetectedIn(reference)),
+                          survey_.options.min_sigma_px, true};
+    return measured + 1;
+  }
+
+ private:
+  const SE3& PoseOf(const Track::Sight& sight) const {
+    return *state_.cam_from_world[static_cast<size_t>(sight.view)];
+  }
+  const Frame& FrameOf(const Track::Sight& sight) const {
+    return (*survey_.views)[static_cast<size_t>(sight.view)].frame;
+  }
+  const Keypoint& KeypointOf(const Track::Sight& sight) const {
+    return FrameOf(sight).features->keypoints[static_cast<size_t>(sight.keypoint)];
+  }
+  SightPixel& PixelOf(const Track::Sight& sight) {
+    return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
+  }
+  /// In the image as taken.
+  Eigen::Vector2d DetectedIn(const Track::Sight& sight) const {
+    return KeypointOf(sight).image_px.cast<double>();
+  }
+
+  /// The image's pixel as the survey counts pixels, near the sight's key point.
+  Eigen::Vector2d Undistorting(const Track::Sight& sight, const Eigen::Vector2d& image_px) const {
+    if (survey_.keeps_distortion) return image_px;
+    const auto lens = LensAt(sight);
+    return KeypointOf(sight).px.cast<double>() + lens * (image_px - DetectedIn(sight));
+  }
+
+  /// d pixel as the survey counts it / d image pixel.
+  Eigen::Matrix2d LensAt(const Track::Sight& sight) const {
+    if (survey_.keeps_distortion) return Eigen::Matrix2d::Identity();
+    const auto lens = DistortionJacobian(survey_.camera, KeypointOf(sight).px.cast<double>());
+    return lens ? Eigen::Matrix2d(lens->inverse()) : Eigen::Matrix2d::Identity();
+  }
+
+  bool MeasureBy(const SeenPoint& seen, const Track::Sight& reference, const Track::Sight& sight) {
+    const auto reference_px = survey_.camera.Undistort(DetectedIn(reference));
+    if (!reference_px) return false;
+    const SE3& reference_from_world = PoseOf(reference);
+    const SurfacePatch patch{*reference_px, reference_from_world * seen.position_world,
+                             reference_from_world.rotation() * seen.normal_world};
+    const auto warp =
+        PatchWarp(patch, PoseOf(sight) * reference_from_world.Inverse(), survey_.camera);
+    if (!warp) return false;
+    const auto aligned = AlignPatch(*FrameOf(reference).image, DetectedIn(reference), *warp,
+                                    *FrameOf(sight).image, DetectedIn(sight), survey_.options);
+    if (!aligned) return false;
+    const Eigen::Matrix2d lens = LensAt(sight);
+    const Eigen::Matrix2d covariance = lens * aligned->noise.Covariance() * lens.transpose();
+    PixelOf(sight) = {Undistorting(sight, aligned->px),
+                      PixelNoise(covariance).Plus(survey_.options.min_sigma_px), true};
+    return true;
+  }
+
+  const PatchSurvey& survey_;
+  const SurveyState& state_;
+  ViewPixels* px_;
+};
+
+/// Seen from two views a point hides most of their errors.
+constexpr int kMinSightsToJudge = 3;
+
+void AppendResiduals(const Track& track, size_t t, const ViewPixels& px, const SurveyState& state,
+                     std::vector<AdjustedResidual>* residuals) {
+  const auto count = std::ranges::count(state.agrees[t], uint8_t{1});
+  if (!state.points[t] || count < kMinSightsToJudge) return;
+  const double redundancy = 1 - 1.5 / static_cast<double>(count);
+  for (size_t s = 0; s < track.sights.size(); ++s) {
+    const auto view = static_cast<size_t>(track.sights[s].view);
+    const SightPixel& pixel = px[view][static_cast<size_t>(track.sights[s].keypoint)];
+    if (!state.agrees[t][s] || !pixel.by_patch) continue;
+    const Eigen::Vector3d point =
+        state.InCamera(*state.points[t], track.sights[s].view, pixel.px.y());
+    if (point.z() <= 0) continue;
+    residuals->push_back({state.lens.camera.Project(point) - pixel.px, pixel.noise, redundancy});
+  }
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> ViewVelocities(const std::vector<SurveyView>& views,
+                                            const SurveyState& state) {
+  std::vector<size_t> by_time;
+  for (size_t v = 0; v < views.size(); ++v) {
+    if (state.cam_from_world[v]) by_time.push_back(v);
+  }
+  std::ranges::stable_sort(by_time, {}, [&](size_t v) { return views[v].frame.time; });
+  std::vector<double> intervals_s;
+  for (size_t i = 1; i < by_time.size(); ++i)
+    intervals_s.push_back(
+        SecondsBetween(views[by_time[i - 1]].frame.time, views[by_time[i]].frame.time));
+  std::vector<Eigen::Vector3d> velocities(views.size(), Eigen::Vector3d::Zero());
+  if (intervals_s.empty()) return velocities;
+  std::vector<double> sorted = intervals_s;
+  std::ranges::sort(sorted);
+  constexpr double kMostMedianIntervals = 3;
+  const double longest_s = kMostMedianIntervals * sorted[sorted.size() / 2];
+  for (size_t i = 0; i < by_time.size(); ++i) {
+    size_t before = i, after = i;
+    if (i > 0 && intervals_s[i - 1] <= longest_s) before = i - 1;
+    if (i < intervals_s.size() && intervals_s[i] <= longest_s) after = i + 1;
+    const auto at = [&](size_t k) {
+      return state.cam_from_world[by_time[k]]->InverseTranslation();
+    };
+    const double seconds =
+        SecondsBetween(views[by_time[before]].frame.time, views[by_time[after]].frame.time);
+    if (seconds > 0) velocities[by_time[i]] = (at(after) - at(before)) / seconds;
+  }
+  return velocities;
+}
+
+double ModelSigmaPx(const Tracks& tracks, const ViewPixels& px, const SurveyState& state,
+                    const ModelNoiseOptions& options) {
+  std::vector<AdjustedResidual> residuals;
+  for (size_t t = 0; t < tracks.tracks.size(); ++t)
+    AppendResiduals(tracks.tracks[t], t, px, state, &residuals);
+  if (std::ssize(residuals) < options.min_residuals) return state.model_sigma_px;
+  return EstimateModelSigma(residuals, options);
+}
+
+int MeasureTracks(const PatchSurvey& survey, const Tracks& tracks, const SurveyState& state,
+                  ViewPixels* px) {
+  int measured = 0;
+  if (!survey.options.enabled) return measured;
+  Measuring measuring(survey, state, px);
+  for (size_t t = 0; t < tracks.tracks.size(); ++t) {
+    if (!state.points[t]) continue;
+    const auto seen =
+        Seen(*survey.views, tracks.tracks[t], *state.points[t], state.agrees[t], state);
+    if (seen) measured += measuring.Measure(*seen);
+  }
+  return measured;
+}
+
+}  // namespace deepuav
