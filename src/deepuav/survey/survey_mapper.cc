@@ -194,13 +194,16 @@ void SurveyMapper::AdjustMeasured(const std::vector<SurveyView>& views,
 }
 
 /// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
-/// they don't mean.
+/// they don't mean. Few views, or views under one heading, explain all and tell nothing.
 void SurveyMapper::RefineWholly(const std::vector<SurveyView>& views,
                                 const std::function<bool()>& stop, BuiltSurvey* built) {
   BuiltSurvey whole = *built;
   whole.state.lens.is_refined_wholly = true;
   AdjustMeasured(views, stop, &whole);
   if (whole.state.model_sigma_px > options_.max_model_sigma_px) return;
+  const auto sigmas = LensSigmas(whole.tracks, whole.px, options_, whole.state);
+  const double limit = options_.max_lens_sigma;
+  if (!sigmas || sigmas->focal > limit || sigmas->centre > limit) return;
   *built = std::move(whole);
   KeepLensOneToOne(stop, built);
 }

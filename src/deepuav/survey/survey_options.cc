@@ -31,6 +31,11 @@ void SurveyOptions::Check() const {
   CheckRange("survey.window_views", window_views, 2, 1000);
   CheckPositive("survey.k1_sigma", k1_sigma, 100);
   CheckPositive("survey.k2_sigma", k2_sigma, 100);
+  CheckPositive("survey.centre_sigma", centre_sigma, 1);
+  CheckPositive("survey.tangential_sigma", tangential_sigma, 1);
+  CheckPositive("survey.readout_sigma_s", readout_sigma_s, 10);
+  CheckRange("survey.max_model_sigma_px", max_model_sigma_px, 0, 100);
+  CheckPositive("survey.max_lens_sigma", max_lens_sigma, 1);
   CheckRange("survey.finish_rounds", finish_rounds, 1, 100);
 }
 

@@ -29,11 +29,12 @@ struct SurveyOptions {
   int window_views = 12;         ///< Adjusted with a new photograph in between.
   double k1_sigma = 0.3;         ///< Of k1 about 0 before the photographs are seen...
   double k2_sigma = 0.05;        ///< ...and of k2, where the lens sees wide enough to tell it.
-  double centre_sigma = 0.02;     ///< Of the principal point about the middle, over the focal length.
-  double tangential_sigma = 0.01;  ///< Of p1 and p2 about none.
-  double readout_sigma_s = 0.05;   ///< Of a rolling shutter's readout about none.
+  double centre_sigma = 0.02;  ///< Of the principal point about the middle, over the focal length.
+  double tangential_sigma = 0.01;   ///< Of p1 and p2 about none.
+  double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
   double max_model_sigma_px = 0.1;  ///< Left beyond the noise of patches by a lens refined wholly.
-  int finish_rounds = 3;         ///< Of adjusting all, completing and discarding points at the end.
+  double max_lens_sigma = 0.005;    ///< Of its focal length and principal point, over the former.
+  int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points at the end.
 
   void Check() const;
   template <typename Visitor>
@@ -72,9 +73,10 @@ struct SurveyOptions {
     visit("k1_sigma", k1_sigma, "",
           "standard deviation of the radial distortion k1 about none, before it is refined");
     visit("k2_sigma", k2_sigma, "", "likewise of k2");
-    visit("centre_sigma", centre_sigma, "",
-          "standard deviation of the principal point about where it is said to be, as a share of the "
-          "focal length");
+    visit(
+        "centre_sigma", centre_sigma, "",
+        "standard deviation of the principal point about where it is said to be, as a share of the "
+        "focal length");
     visit("tangential_sigma", tangential_sigma, "",
           "standard deviation of the tangential distortion about none, before it is refined");
     visit("readout_sigma_s", readout_sigma_s, "s",
@@ -82,6 +84,9 @@ struct SurveyOptions {
     visit("max_model_sigma_px", max_model_sigma_px, "px",
           "error beyond the noise of patches above which a lens with principal point, tangential "
           "distortion and readout refined is not the right model either, and not used");
+    visit("max_lens_sigma", max_lens_sigma, "",
+          "standard deviation of focal length and principal point, as a share of the former, above "
+          "which the views don't tell them all");
     visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end");
   }
 };

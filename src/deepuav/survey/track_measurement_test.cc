@@ -26,9 +26,9 @@ Camera Bent() {
 /// on it as a detector finds them.
 struct TexturedSurvey {
   explicit TexturedSurvey(const Camera& lens) : camera(lens) {
-    const std::vector<SE3> poses = {
-        SE3(), SE3(RotationExp({0.05, 0, 0.1}), {0.4, 0.1, 0}),
-        SE3(RotationExp({0, 0.06, -0.1}), {-0.3, 0.3, 0.2}), SE3(RotationExp({0, 0, 3.1}), {0, 0, 0})};
+    const std::vector<SE3> poses = {SE3(), SE3(RotationExp({0.05, 0, 0.1}), {0.4, 0.1, 0}),
+                                    SE3(RotationExp({0, 0.06, -0.1}), {-0.3, 0.3, 0.2}),
+                                    SE3(RotationExp({0, 0, 3.1}), {0, 0, 0})};
     std::vector<std::shared_ptr<Features>> features;
     for (const SE3& pose : poses) {
       SurveyView& view = views.emplace_back();
@@ -50,8 +50,8 @@ struct TexturedSurvey {
     for (size_t i = 0; i < poses.size(); ++i) {
       Keypoint keypoint;
       keypoint.image_px = camera.Distort(poses[i] * point)->cast<float>();
-      keypoint.image_px += Eigen::Vector2f(random->Gaussian(kDetectorSigmaPx),
-                                           random->Gaussian(kDetectorSigmaPx));
+      keypoint.image_px +=
+          Eigen::Vector2f(random->Gaussian(kDetectorSigmaPx), random->Gaussian(kDetectorSigmaPx));
       keypoint.px = camera.Undistort(keypoint.image_px.cast<double>())->cast<float>();
       std::vector<Keypoint>& keypoints = (*features)[i]->keypoints;
       track.sights.push_back({static_cast<int>(i), static_cast<int>(keypoints.size())});
@@ -118,9 +118,8 @@ TEST_P(TrackMeasurementTest, SightsAgreeToATenthOfAPixel) {
   const bool keeps_distortion = GetParam();
   const TexturedSurvey survey(keeps_distortion ? Bent() : Pinholes());
   ViewPixels px = survey.Detected(keeps_distortion);
-  const int measured =
-      MeasureTracks({&survey.views, survey.camera, keeps_distortion, {}}, survey.tracks,
-                    survey.State(), &px);
+  const int measured = MeasureTracks({&survey.views, survey.camera, keeps_distortion, {}},
+                                     survey.tracks, survey.State(), &px);
   EXPECT_GT(measured, 0.6 * static_cast<double>(4 * survey.points.size()));
   EXPECT_LT(survey.MedianDisagreement(px, keeps_distortion), 0.12);
 }
@@ -132,9 +131,9 @@ TEST(TrackMeasurement, WithoutImagesOrPatchesNothingMoves) {
   ViewPixels px = survey.Detected(false);
   PatchOptions off;
   off.enabled = false;
-  EXPECT_EQ(MeasureTracks({&survey.views, survey.camera, false, off}, survey.tracks,
-                          survey.State(), &px),
-            0);
+  EXPECT_EQ(
+      MeasureTracks({&survey.views, survey.camera, false, off}, survey.tracks, survey.State(), &px),
+      0);
   for (SurveyView& view : survey.views) view.frame.image.reset();
   EXPECT_EQ(
       MeasureTracks({&survey.views, survey.camera, false, {}}, survey.tracks, survey.State(), &px),
