@@ -22,36 +22,37 @@ const char* ModelName(LensModel lens) {
   return "";
 }
 
+std::string LensComments(const RefinedLens& lens, double fx) {
+  const CalibrationSigmas& sigmas = lens.sigmas;
+  std::string text = fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}",
+                                 sigmas.focal * fx, sigmas.k1, sigmas.k2);
+  if (sigmas.centre > 0) {
+    text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
+                        sigmas.tangential);
+  }
+  text += "\n";
+  if (lens.readout_s != 0) {
+    text += fmt::format(
+        "# rolling shutter: {:.4f} s from the first row to the last (standard deviation {:.4f})\n",
+        lens.readout_s, sigmas.readout_s);
+  }
+  return text;
+}
+
 }  // namespace
 
 FoundCalibration DescribeCalibration(const Dataset& dataset, const Camera& camera,
-                                     const std::optional<CalibrationSigmas>& sigmas) {
+                                     const std::optional<RefinedLens>& lens) {
   const Camera& stored = dataset.stored_camera();
   return {ScaledCamera(camera, stored.width, stored.height), dataset.Calibration().text,
-          stored.pinhole.fx, sigmas};
+          stored.pinhole.fx, lens};
 }
 
 std::string CalibrationYaml(const FoundCalibration& calibration) {
   const Camera& camera = calibration.camera;
   std::string yaml = fmt::format("# started from: {}, {:.1f} px\n", calibration.source,
                                  calibration.start_focal_px);
-  if (calibration.sigmas) {
-    const CalibrationSigmas& sigmas = *calibration.sigmas;
-    yaml += fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}",
-                        sigmas.focal * camera.pinhole.fx, sigmas.k1, sigmas.k2);
-    if (sigmas.centre > 0) {
-      yaml += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}",
-                          sigmas.centre * camera.pinhole.fx, sigmas.tangential);
-    }
-    yaml += "\n";
-  }
-  if (calibration.readout_s != 0) {
-    yaml += fmt::format("# rolling shutter: {:.4f} s from the first row to the last",
-                        calibration.readout_s);
-    if (calibration.sigmas)
-      yaml += fmt::format(" (standard deviation {:.4f})", calibration.sigmas->readout_s);
-    yaml += "\n";
-  }
+  if (calibration.lens) yaml += LensComments(*calibration.lens, camera.pinhole.fx);
   yaml += fmt::format(
       "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
       ModelName(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
@@ -65,14 +66,14 @@ std::string CalibrationYaml(const FoundCalibration& calibration) {
 std::string CalibrationText(const FoundCalibration& calibration) {
   const double focal_px = calibration.camera.pinhole.fx;
   std::string text = fmt::format("focal length {:.1f} px", focal_px);
-  if (calibration.sigmas) {
-    text += fmt::format(" (standard deviation {:.1f})", calibration.sigmas->focal * focal_px);
+  if (const auto& lens = calibration.lens) {
+    text += fmt::format(" (standard deviation {:.1f})", lens->sigmas.focal * focal_px);
     if (!calibration.camera.distortion.empty())
-      text += fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0],
-                          calibration.sigmas->k1);
+      text +=
+          fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0], lens->sigmas.k1);
+    if (lens->readout_s != 0)
+      text += fmt::format(", rolling shutter {:.1f} ms", 1000 * lens->readout_s);
   }
-  if (calibration.readout_s != 0)
-    text += fmt::format(", rolling shutter {:.1f} ms", 1000 * calibration.readout_s);
   text += fmt::format("; from {}", calibration.source);
   constexpr double kWorthSaying = 0.2;
   if (std::abs(std::log(focal_px / calibration.start_focal_px)) > kWorthSaying)

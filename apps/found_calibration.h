@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/io/dataset.h"
+#include "deepuav/survey/survey_adjustment.h"
 
 namespace deepuav {
 
@@ -13,13 +13,12 @@ struct FoundCalibration {
   Camera camera;
   std::string source;  ///< Where the values that it started from are from.
   double start_focal_px = 0;
-  std::optional<CalibrationSigmas> sigmas;  ///< Where it was refined.
-  double readout_s = 0;                     ///< Of a rolling shutter; 0: not told.
+  std::optional<RefinedLens> lens;  ///< Where it was refined.
 };
 
 /// `camera` is the dataset's working camera as the run left it.
 FoundCalibration DescribeCalibration(const Dataset& dataset, const Camera& camera,
-                                     const std::optional<CalibrationSigmas>& sigmas);
+                                     const std::optional<RefinedLens>& lens);
 
 /// A camera.yaml that `run --camera` takes, with the standard deviations as comments.
 std::string CalibrationYaml(const FoundCalibration& calibration);

@@ -95,8 +95,7 @@ struct RunOutcome {
   SlamResult result;
   Atlas atlas;
   Camera camera;
-  std::optional<CalibrationSigmas> lens_sigmas;
-  double readout_s = 0;
+  std::optional<RefinedLens> lens;
 };
 
 /// Photographs are mapped all at once, unless they are to be found in maps that are there or there
@@ -181,8 +180,7 @@ void Run(const RunArguments& arguments) {
         camera, dataset->Calibration().focal_sigma, options.system, eyes.perception(), &images,
         [&](FrameId frame) { advance(frame, "features"); }, stop, sensors.streams);
     outcome = {std::move(survey.result), std::move(survey.outcome.atlas),
-               std::move(survey.outcome.camera), survey.outcome.lens_sigmas,
-               survey.outcome.readout_s};
+               std::move(survey.outcome.camera), survey.outcome.lens};
   } else {
     Slam slam(camera, options.system, eyes.perception());
     if (loaded) slam.Load(std::move(loaded->atlas));
@@ -195,15 +193,14 @@ void Run(const RunArguments& arguments) {
         stop);
     outcome.atlas = slam.TakeAtlas();
     outcome.camera = slam.camera();
-    if (sample) outcome.lens_sigmas = sample->sigmas;
+    if (sample) outcome.lens = sample->lens;
   }
   bar.reset();
   facts.wall_s = running.Seconds();
   facts.unreadable = images.unreadable();
   if (!options.system.localise_only)
     NameImages(outcome.atlas, *dataset, &facts.map_origin.image_names);
-  facts.calibration = DescribeCalibration(*dataset, outcome.camera, outcome.lens_sigmas);
-  facts.calibration.readout_s = outcome.readout_s;
+  facts.calibration = DescribeCalibration(*dataset, outcome.camera, outcome.lens);
   WriteRunOutput(arguments.out, outcome.atlas, outcome.camera, outcome.result, facts);
   std::cout << DescribeRun(outcome.atlas, outcome.result, facts);
   if (!outcome.result.failure.empty())

@@ -40,16 +40,16 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
                                      eyes.perception(), &images, nullptr, stop);
   const auto located = std::count_if(survey.result.frames.begin(), survey.result.frames.end(),
                                      [](const FrameRecord& frame) { return frame.located(); });
-  const auto& sigmas = survey.outcome.lens_sigmas;
+  const auto& lens = survey.outcome.lens;
   const double share =
       static_cast<double>(located) / std::max<size_t>(1, survey.result.frames.size());
-  if (!sigmas || share < kMinShare || sigmas->focal > kMaxFocalSigma) {
+  if (!lens || share < kMinShare || lens->sigmas.focal > kMaxFocalSigma) {
     Log().warn("the images do not tell the lens: the guess is kept");
     return std::nullopt;
   }
   Log().info("focal length found from {} images: {:.1f} px of {} px across", located,
              survey.outcome.camera.pinhole.fx, survey.outcome.camera.width);
-  return SampleCalibration{survey.outcome.camera, *sigmas};
+  return SampleCalibration{survey.outcome.camera, *lens};
 }
 
 }  // namespace deepuav

@@ -3,8 +3,8 @@
 #include <functional>
 #include <optional>
 
-#include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/io/dataset.h"
+#include "deepuav/survey/survey_adjustment.h"
 #include "run_options.h"
 
 namespace deepuav {
@@ -12,7 +12,7 @@ namespace deepuav {
 /// A lens found from the images themselves, at the working size.
 struct SampleCalibration {
   Camera camera;
-  CalibrationSigmas sigmas;
+  RefinedLens lens;
 };
 
 /// The lens of a dataset whose calibration is no more than a guess, by a survey of some images from

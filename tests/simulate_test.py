@@ -256,7 +256,6 @@ class SimulateTest(unittest.TestCase):
     def test_two_at_once_into_one_folder_are_refused(self):
         out = self.folder / "shared"
         more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
-        images_of_all = 801  # of two seconds
         first = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         deadline = time.monotonic() + 100

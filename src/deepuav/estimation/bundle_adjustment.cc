@@ -113,17 +113,19 @@ FocalPrior FocalPriorOf(const BundleProblem& problem, const BundleOptions& optio
 BundleStructure StructureOf(const BundleProblem& problem, const BundleOptions& options) {
   BundleStructure structure(problem);
   if (options.refine_focal) structure.focal_prior = FocalPriorOf(problem, options);
-  if (options.refine_radial) structure.radial_prior = {1 / options.k1_sigma, 1 / options.k2_sigma};
+  SmallPrior& small = structure.small_prior;
+  if (options.refine_radial) {
+    small.per_k1_sigma = 1 / options.k1_sigma;
+    small.per_k2_sigma = 1 / options.k2_sigma;
+  }
   if (options.refine_centre) {
     const Pinhole& pinhole = problem.pinhole;
     structure.centre_prior = {
         problem.centre_guess_px.value_or(Eigen::Vector2d(pinhole.cx, pinhole.cy)),
         1 / (options.centre_sigma * pinhole.fx)};
   }
-  if (options.refine_tangential)
-    structure.small_prior.per_tangential_sigma = 1 / options.tangential_sigma;
-  if (options.refine_readout)
-    structure.small_prior.per_readout_sigma_s = 1 / options.readout_sigma_s;
+  if (options.refine_tangential) small.per_tangential_sigma = 1 / options.tangential_sigma;
+  if (options.refine_readout) small.per_readout_sigma_s = 1 / options.readout_sigma_s;
   return structure;
 }
 

@@ -1,6 +1,5 @@
 #include "deepuav/estimation/bundle_adjustment.h"
 
-
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -242,7 +241,11 @@ TEST(AdjustBundle, RefinesAWholeLensAndAShutterThatRolls) {
   BundleProblem problem = MakeBundleProblem(world, {}, &random);
   const BundleCamera truth{
       {world.pinhole.fx, world.pinhole.fy, world.pinhole.cx + 12, world.pinhole.cy - 7},
-      -0.08, 0.02, 0.002, -0.003, 0.03};
+      -0.08,
+      0.02,
+      0.002,
+      -0.003,
+      0.03};
   for (BundleObservation& o : problem.observations) {
     const Eigen::Vector3d still = world.cam_from_world[static_cast<size_t>(o.camera)] *
                                   world.landmarks_world[static_cast<size_t>(o.landmark)];

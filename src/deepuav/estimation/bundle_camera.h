@@ -21,8 +21,8 @@ enum CalibrationParameter {
   kCalibrationParameters
 };
 
-using Vector3dCalibration = Eigen::Matrix<double, kCalibrationParameters, 1>;
-using Matrix23dCalibration = Eigen::Matrix<double, 2, kCalibrationParameters>;
+using VectorCalibration = Eigen::Matrix<double, kCalibrationParameters, 1>;
+using Matrix2Calibration = Eigen::Matrix<double, 2, kCalibrationParameters>;
 
 /// Pinhole with the distortion of Camera's radial-tangential model, of two radial coefficients, and
 /// a shutter that reads one row after the other.
@@ -59,11 +59,11 @@ struct BundleCamera {
 
   /// d Project / d calibration but for the readout, which moves the point; the focal parameter s
   /// scales fx and fy by exp(s), and the centre moves by shares of fx.
-  Matrix23dCalibration CalibrationJacobian(const Eigen::Vector3d& point_cam) const {
+  Matrix2Calibration CalibrationJacobian(const Eigen::Vector3d& point_cam) const {
     const double x = point_cam.x() / point_cam.z(), y = point_cam.y() / point_cam.z();
     const double squared = x * x + y * y;
     const Eigen::Vector2d focal_ray(pinhole.fx * x, pinhole.fy * y);
-    Matrix23dCalibration jacobian = Matrix23dCalibration::Zero();
+    Matrix2Calibration jacobian = Matrix2Calibration::Zero();
     jacobian.col(kFocalScale) = Project(point_cam) - Eigen::Vector2d(pinhole.cx, pinhole.cy);
     jacobian.col(kRadial1) = squared * focal_ray;
     jacobian.col(kRadial2) = squared * squared * focal_ray;
@@ -75,7 +75,7 @@ struct BundleCamera {
 
   bool IsUndistorted() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0; }
 
-  BundleCamera Moved(const Vector3dCalibration& step) const {
+  BundleCamera Moved(const VectorCalibration& step) const {
     BundleCamera moved = *this;
     moved.pinhole.fx *= std::exp(step[kFocalScale]);
     moved.pinhole.fy *= std::exp(step[kFocalScale]);

@@ -29,10 +29,30 @@ std::vector<PoseMatrix> PoseMatrices(const std::vector<SE3>& poses) {
   return matrices;
 }
 
-void MaskUnrefined(const RefinedCalibration& refined, Matrix23dCalibration* jacobian) {
+void MaskUnrefined(const RefinedCalibration& refined, Matrix2Calibration* jacobian) {
   for (int parameter = 0; parameter < kCalibrationParameters; ++parameter) {
     if (!refined.Has(parameter)) jacobian->col(parameter).setZero();
   }
+}
+
+/// By parameter; 0 for those of which the prior says nothing.
+VectorCalibration PerSigma(const SmallPrior& prior) {
+  VectorCalibration per_sigma = VectorCalibration::Zero();
+  per_sigma[kRadial1] = prior.per_k1_sigma;
+  per_sigma[kRadial2] = prior.per_k2_sigma;
+  per_sigma[kTangential1] = per_sigma[kTangential2] = prior.per_tangential_sigma;
+  per_sigma[kReadout] = prior.per_readout_sigma_s;
+  return per_sigma;
+}
+
+VectorCalibration SmallParameters(const BundleCamera& camera) {
+  VectorCalibration small = VectorCalibration::Zero();
+  small[kRadial1] = camera.k1;
+  small[kRadial2] = camera.k2;
+  small[kTangential1] = camera.p1;
+  small[kTangential2] = camera.p2;
+  small[kReadout] = camera.readout_s;
+  return small;
 }
 
 template <typename Block>
@@ -84,7 +104,7 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
       camera_landmark[i].noalias() = camera_jacobian.transpose() * weighted;
     }
     if (!has_calibration) continue;
-    Matrix23dCalibration jacobian = o.whitening * state.camera.CalibrationJacobian(point);
+    Matrix2Calibration jacobian = o.whitening * state.camera.CalibrationJacobian(point);
     jacobian.col(kReadout) = point_jacobian * o.drift_cam_per_s;
     MaskUnrefined(refined, &jacobian);
     calibration_calibration.noalias() += weight * jacobian.transpose() * jacobian;
@@ -100,7 +120,6 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
       .Compute(structure.factors, state.cam_from_world, &camera_camera, &camera_gradient,
                &camera_pair);
   if (refined.focal) AddPrior(structure.focal_prior, state.camera.pinhole.fx);
-  if (refined.radial) AddPrior(structure.radial_prior, state.camera.k1, state.camera.k2);
   if (refined.centre) AddPrior(structure.centre_prior, state.camera.pinhole);
   AddPrior(structure.small_prior, state.camera);
 }
@@ -108,15 +127,6 @@ void BundleLinearization::Compute(const BundleStructure& structure, const Bundle
 void BundleLinearization::AddPrior(const FocalPrior& prior, double fx) {
   calibration_calibration(kFocalScale, kFocalScale) += prior.per_sigma * prior.per_sigma;
   calibration_gradient[kFocalScale] += prior.per_sigma * prior.Error(fx);
-}
-
-void BundleLinearization::AddPrior(const RadialPrior& prior, double k1, double k2) {
-  const double k1_information = prior.per_k1_sigma * prior.per_k1_sigma;
-  const double k2_information = prior.per_k2_sigma * prior.per_k2_sigma;
-  calibration_calibration(kRadial1, kRadial1) += k1_information;
-  calibration_calibration(kRadial2, kRadial2) += k2_information;
-  calibration_gradient[kRadial1] += k1_information * k1;
-  calibration_gradient[kRadial2] += k2_information * k2;
 }
 
 void BundleLinearization::AddPrior(const CentrePrior& prior, const Pinhole& pinhole) {
@@ -127,29 +137,18 @@ void BundleLinearization::AddPrior(const CentrePrior& prior, const Pinhole& pinh
 }
 
 void BundleLinearization::AddPrior(const SmallPrior& prior, const BundleCamera& camera) {
-  const double readout = prior.per_readout_sigma_s * prior.per_readout_sigma_s;
-  const double tangential = prior.per_tangential_sigma * prior.per_tangential_sigma;
-  const auto add = [this](int parameter, double information, double value) {
-    calibration_calibration(parameter, parameter) += information;
-    calibration_gradient[parameter] += information * value;
-  };
-  add(kReadout, readout, camera.readout_s);
-  add(kTangential1, tangential, camera.p1);
-  add(kTangential2, tangential, camera.p2);
+  const VectorCalibration per_sigma = PerSigma(prior);
+  calibration_calibration.diagonal() += per_sigma.cwiseAbs2();
+  calibration_gradient += per_sigma.cwiseAbs2().cwiseProduct(SmallParameters(camera));
 }
 
 double BundleCost(const BundleStructure& structure, const BundleState& state,
                   const HuberLoss& loss) {
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
-  const double radial_1 = structure.radial_prior.per_k1_sigma * state.camera.k1;
-  const double radial_2 = structure.radial_prior.per_k2_sigma * state.camera.k2;
-  const SmallPrior& small = structure.small_prior;
-  const double readout = small.per_readout_sigma_s * state.camera.readout_s;
-  const Eigen::Vector2d tangential =
-      small.per_tangential_sigma * Eigen::Vector2d(state.camera.p1, state.camera.p2);
-  double cost = prior * prior + readout * readout + tangential.squaredNorm() + radial_1 * radial_1 +
-                radial_2 * radial_2 +
+  const VectorCalibration small =
+      PerSigma(structure.small_prior).cwiseProduct(SmallParameters(state.camera));
+  double cost = prior * prior + small.squaredNorm() +
                 structure.centre_prior.Error(state.camera.pinhole).squaredNorm() +
                 CameraFactorCost(structure.factors, state.cam_from_world);
   for (const GroupedObservation& o : structure.observations) {

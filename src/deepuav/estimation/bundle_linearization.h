@@ -9,8 +9,8 @@
 namespace deepuav {
 
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
-using Matrix6dCalibration = Eigen::Matrix<double, 6, kCalibrationParameters>;
-using Matrix3dCalibration = Eigen::Matrix<double, kCalibrationParameters, 3>;
+using Matrix6Calibration = Eigen::Matrix<double, 6, kCalibrationParameters>;
+using MatrixCalibration3 = Eigen::Matrix<double, kCalibrationParameters, 3>;
 using MatrixCalibration = Eigen::Matrix<double, kCalibrationParameters, kCalibrationParameters>;
 
 /// The calibration parameters that move.
@@ -53,13 +53,12 @@ struct BundleLinearization {
 
   bool has_calibration = false;
   MatrixCalibration calibration_calibration;
-  Vector3dCalibration calibration_gradient;
-  std::vector<Matrix6dCalibration> camera_calibration;    ///< By free camera.
-  std::vector<Matrix3dCalibration> calibration_landmark;  ///< By group.
+  VectorCalibration calibration_gradient;
+  std::vector<Matrix6Calibration> camera_calibration;    ///< By free camera.
+  std::vector<MatrixCalibration3> calibration_landmark;  ///< By group.
 
  private:
   void AddPrior(const FocalPrior& prior, double fx);
-  void AddPrior(const RadialPrior& prior, double k1, double k2);
   void AddPrior(const CentrePrior& prior, const Pinhole& pinhole);
   void AddPrior(const SmallPrior& prior, const BundleCamera& camera);
 };

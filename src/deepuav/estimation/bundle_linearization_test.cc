@@ -59,7 +59,7 @@ TEST(BundleCamera, JacobiansEqualCentralDifferences) {
       return camera.Project(point + Eigen::Vector3d(d));
     };
     const auto of_calibration = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-      return camera.Moved(Vector3dCalibration(d)).Project(point);
+      return camera.Moved(VectorCalibration(d)).Project(point);
     };
     EXPECT_LT((camera.PointJacobian(point) - NumericJacobian(of_point, 3)).norm(), 1e-5);
     const Eigen::MatrixXd numeric = NumericJacobian(of_calibration, kCalibrationParameters);
@@ -72,9 +72,8 @@ TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
   BundleStructure structure(small.problem);
   // As strong as the observations.
   structure.focal_prior = {0.8 * small.problem.pinhole.fx, 1000};
-  structure.radial_prior = {100, 200};
   structure.centre_prior = {{small.problem.pinhole.cx + 10, small.problem.pinhole.cy - 4}, 0.5};
-  structure.small_prior = {1000, 50};
+  structure.small_prior = {100, 200, 1000, 50};
   const HuberLoss loss{5.991};
   const BundleState state = small.State();
   BundleLinearization linearization;
@@ -90,7 +89,7 @@ TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
     for (int g = 0; g < groups; ++g) {
       moved.landmarks_world[structure.landmark_of_group[g]] += d.segment<3>(6 * cameras + 3 * g);
     }
-    moved.camera = state.camera.Moved(Vector3dCalibration(d.tail<kCalibrationParameters>()));
+    moved.camera = state.camera.Moved(VectorCalibration(d.tail<kCalibrationParameters>()));
     return Eigen::VectorXd::Constant(1, BundleCost(structure, moved, loss));
   };
   const Eigen::VectorXd numeric =
@@ -103,7 +102,7 @@ TEST(BundleLinearization, GradientIsHalfTheDerivativeOfTheCost) {
     const Eigen::Vector3d& gradient = linearization.landmark_gradient[g];
     EXPECT_LT((gradient - numeric.segment<3>(6 * cameras + 3 * g)).norm(), 1e-5 * gradient.norm());
   }
-  const Vector3dCalibration& gradient = linearization.calibration_gradient;
+  const VectorCalibration& gradient = linearization.calibration_gradient;
   EXPECT_LT((gradient - numeric.tail<kCalibrationParameters>()).norm(), 1e-5 * gradient.norm());
 }
 

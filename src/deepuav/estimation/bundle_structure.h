@@ -26,11 +26,6 @@ struct FocalPrior {
   double Error(double fx) const { return per_sigma * std::log(fx / guess_px); }
 };
 
-/// What is known of k1 and k2 beforehand: near 0.
-struct RadialPrior {
-  double per_k1_sigma = 0, per_k2_sigma = 0;  ///< 0: nothing is known.
-};
-
 /// What is known of the principal point beforehand.
 struct CentrePrior {
   Eigen::Vector2d guess_px = Eigen::Vector2d::Zero();
@@ -42,9 +37,10 @@ struct CentrePrior {
   }
 };
 
-/// What is known of the tangential distortion and of the readout beforehand: near 0.
+/// What is known beforehand of parameters that are near 0: distortion and readout.
 struct SmallPrior {
-  double per_tangential_sigma = 0, per_readout_sigma_s = 0;  ///< 0: nothing is known.
+  double per_k1_sigma = 0, per_k2_sigma = 0;  ///< 0: nothing is known.
+  double per_tangential_sigma = 0, per_readout_sigma_s = 0;
 };
 
 /// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if
@@ -65,7 +61,6 @@ struct BundleStructure {
   /// camera_observations[camera_begin[i] .. camera_begin[i + 1]).
   std::vector<int> camera_observations, camera_begin;
   FocalPrior focal_prior;
-  RadialPrior radial_prior;
   CentrePrior centre_prior;
   SmallPrior small_prior;
   std::vector<int> free_of_camera;  ///< By camera; -1 for one that does not move.

@@ -137,7 +137,7 @@ void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& lineari
   column.topRows<6>() = Damped(linearization.camera_camera[camera], damping);
   AddPairs(linearization, camera, &column);
   Vector6d gradient = linearization.camera_gradient[camera];
-  Matrix6dCalibration border = Matrix6dCalibration::Zero();
+  Matrix6Calibration border = Matrix6Calibration::Zero();
   if (linearization.has_calibration) border = linearization.camera_calibration[camera];
 
   for (int k = structure_.camera_begin[camera]; k < structure_.camera_begin[camera + 1]; ++k) {
@@ -180,8 +180,8 @@ void ReducedCameraSystem::EliminateFromCalibration(const BundleLinearization& li
   calibration_matrix_ = Damped(linearization.calibration_calibration, damping);
   calibration_right_ = linearization.calibration_gradient;
   for (int group = 0; group < structure_.groups(); ++group) {
-    const Matrix3dCalibration& block = linearization.calibration_landmark[group];
-    const Matrix3dCalibration eliminated = block * landmark_inverse_[group];
+    const MatrixCalibration3& block = linearization.calibration_landmark[group];
+    const MatrixCalibration3 eliminated = block * landmark_inverse_[group];
     calibration_matrix_.noalias() -= eliminated * block.transpose();
     calibration_right_.noalias() -= eliminated * linearization.landmark_gradient[group];
   }
@@ -220,7 +220,7 @@ MatrixCalibration ReducedCameraSystem::CalibrationInformation() const {
 bool ReducedCameraSystem::SolveCalibration(BundleStep* step) {
   const auto border = right_.rightCols<kCalibrationParameters>();
   const MatrixCalibration matrix = CalibrationInformation();
-  Vector3dCalibration gradient = calibration_right_;
+  VectorCalibration gradient = calibration_right_;
   gradient.noalias() -= border.transpose() * solved_.col(0);
   const Eigen::LLT<MatrixCalibration> factor(matrix);
   if (factor.info() != Eigen::Success) return false;

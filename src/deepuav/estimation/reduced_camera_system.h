@@ -14,7 +14,7 @@ namespace deepuav {
 struct BundleStep {
   std::vector<Vector6d> camera;           ///< Twists, by free camera.
   std::vector<Eigen::Vector3d> landmark;  ///< By group.
-  Vector3dCalibration calibration = Vector3dCalibration::Zero();
+  VectorCalibration calibration = VectorCalibration::Zero();
   /// By how much the quadratic model of the cost falls.
   double predicted_decrease = 0;
 };
@@ -67,7 +67,7 @@ class ReducedCameraSystem {
   Border right_;   ///< Gradient of the cameras, then their block with the calibration.
   Border solved_;  ///< The reduced system's inverse times right_.
   MatrixCalibration calibration_matrix_;
-  Vector3dCalibration calibration_right_;
+  VectorCalibration calibration_right_;
 };
 
 }  // namespace deepuav

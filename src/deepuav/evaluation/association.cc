@@ -7,6 +7,7 @@
 #include <string>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/intervals.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -57,16 +58,6 @@ std::string RangeText(const Trajectory& trajectory, double offset_s) {
   if (trajectory.empty()) return "no poses";
   return fmt::format("{:.3f} to {:.3f} s", trajectory.front().time.seconds() + offset_s,
                      trajectory.back().time.seconds() + offset_s);
-}
-
-double MedianInterval_s(const Trajectory& trajectory) {
-  if (trajectory.size() < 2) return 0;
-  std::vector<double> intervals;
-  for (size_t i = 1; i < trajectory.size(); ++i)
-    intervals.push_back(SecondsBetween(trajectory[i - 1].time, trajectory[i].time));
-  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
 }
 
 struct InterpolatedPoses {

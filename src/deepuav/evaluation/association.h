@@ -11,7 +11,7 @@ struct AssociationOptions {
   double time_offset_s = 0;        ///< Added to the estimate's time stamps, seconds.
   bool one_to_one = false;  ///< Let no pose serve two partners: of several the nearest keeps it.
   bool interpolate =
-      false;               ///< Compare at the moments of whichever has fewer, the other interpolated.
+      false;  ///< Compare at the moments of whichever has fewer, the other interpolated.
   double max_gap_s = 0.5;  ///< Longest gap between poses to interpolate in, seconds.
 
   /// Throws Error for a value that cannot be.
@@ -23,7 +23,8 @@ struct AssociationOptions {
           "largest difference of two associated time stamps");
     visit("time_offset_s", time_offset_s, "s", "added to the estimate's time stamps");
     visit("one_to_one", one_to_one, "", "let no pose serve two partners");
-    visit("interpolate", interpolate, "", "interpolate at the moments of truth or estimate, the rarer");
+    visit("interpolate", interpolate, "",
+          "interpolate at the moments of truth or estimate, the rarer");
     visit("max_gap_s", max_gap_s, "s", "longest gap between poses to interpolate in");
   }
 };

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/intervals.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/base/options.h"
 #include "deepuav/evaluation/time_offset.h"
@@ -14,7 +15,6 @@ namespace deepuav {
 namespace {
 
 constexpr double kNoticedHeightShare = 0.01;
-constexpr double kMostMedianIntervals = 3;  // A longer one is a gap.
 
 /// The poses with `start_s` <= time + offset_s - origin <= `end_s`.
 Trajectory PartOf(const Trajectory& trajectory, Timestamp origin, double offset_s, double start_s,
@@ -72,24 +72,15 @@ void WarnOfHeights(const Trajectory& aligned) {
       std::sqrt(variance.z()), 100 * share);
 }
 
-/// How many poses lie between two neighbours of some that no gap parts, as a share.
+/// The share of the poses that lie between two neighbours of some that no gap parts.
 double ShareAmong(const Trajectory& some, const Trajectory& poses) {
-  if (some.size() < 2) return 0;
-  std::vector<double> gaps;
-  for (size_t i = 1; i < some.size(); ++i)
-    gaps.push_back(SecondsBetween(some[i - 1].time, some[i].time));
-  std::vector<double> sorted = gaps;
-  std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
-  const double longest_s = kMostMedianIntervals * sorted[sorted.size() / 2];
-  size_t among = 0;
-  for (const TimedPose& pose : poses) {
-    const auto after =
-        std::ranges::lower_bound(some, pose.time, {}, [](const TimedPose& p) { return p.time; });
-    if (after == some.end() || (after == some.begin() && pose.time < after->time)) continue;
-    const auto gap = std::distance(some.begin(), after);
-    if (gap == 0 || after->time == pose.time || gaps[static_cast<size_t>(gap) - 1] <= longest_s)
-      ++among;
-  }
+  const double longest_s = kLongestInMedianIntervals * MedianInterval_s(some);
+  const auto among = std::ranges::count_if(poses, [&](const TimedPose& pose) {
+    const auto after = std::ranges::lower_bound(some, pose.time, {}, &TimedPose::time);
+    if (after == some.end()) return false;
+    if (after->time == pose.time) return true;
+    return after != some.begin() && SecondsBetween((after - 1)->time, after->time) <= longest_s;
+  });
   return static_cast<double>(among) / static_cast<double>(poses.size());
 }
 

@@ -48,8 +48,8 @@ struct Evaluation {
   double time_offset_s = 0;     ///< Added to the estimate's times: as found, where searched.
   bool interpolated = false;    ///< Compared at the moments of either, not at the nearest poses.
   bool truth_is_interpolated = false;  ///< At the estimate's moments; else the other way.
-  bool horizontal = false;      ///< Errors are of x and y alone.
-  bool z_is_up = false;         ///< In the truth, which is known of some only.
+  bool horizontal = false;             ///< Errors are of x and y alone.
+  bool z_is_up = false;                ///< In the truth, which is known of some only.
   Eigen::Vector3d antenna_cam_m = Eigen::Vector3d::Zero();
   AbsoluteError ate;
   std::optional<RelativeError> rpe;  ///< Nothing where no two poses are the step apart.

@@ -35,8 +35,8 @@ struct TruthOptions {
 /// of a folder with images the truth that lies in it: groundtruth_cam0.csv, groundtruth.txt,
 /// mav0/state_groundtruth_estimate0/data.csv (poses of the body, turned into the camera's by the
 /// dataset's body_from_cam), mav0/gps0/data.csv (the folder may be mav0 itself, or called
-/// otherwise, with cam0 in it), the receiver's gps.csv or gps.gpx beside photographs or their folder,
-/// else the photographs' EXIF positions. The antenna's place is known
+/// otherwise, with cam0 in it), the receiver's gps.csv or gps.gpx beside photographs or their
+/// folder, else the photographs' EXIF positions. The antenna's place is known
 /// where a sensor.yaml with T_BS lies beside the file of fixes and in the folder cam0 beside that.
 /// Throws Error if there is no truth.
 Truth LoadTruth(const std::filesystem::path& path, const TruthOptions& options = {});

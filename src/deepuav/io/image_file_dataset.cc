@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/intervals.h"
 #include "deepuav/geometry/camera_scale.h"
 #include "deepuav/image/encoded_size.h"
 #include "deepuav/image/reduced_image.h"
@@ -17,15 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 double MedianRateHz(const std::vector<ImageFileFrame>& frames) {
-  if (frames.size() < 2) return 0;
-  std::vector<double> intervals;
-  intervals.reserve(frames.size() - 1);
-  for (size_t i = 1; i < frames.size(); ++i) {
-    intervals.push_back(SecondsBetween(frames[i - 1].time, frames[i].time));
-  }
-  const auto middle = intervals.begin() + static_cast<ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return 1 / *middle;
+  return frames.size() < 2 ? 0 : 1 / MedianInterval_s(frames);
 }
 
 void CheckSize(const std::string& file, cv::Size size, const Camera& camera,

@@ -21,11 +21,12 @@ std::vector<ImuSample> ReadImuFile(const std::filesystem::path& file);
 /// The samples of a baro0/data.csv ("ns, pressure, altitude").
 std::vector<BarometerSample> ReadBarometerFile(const std::filesystem::path& file);
 
-/// The file of fixes among NAME.csv, NAME.gpx and their upper-case endings in one of the folders, the
-/// first that is there; empty where there is none.
+/// The first file of fixes that is there among NAME.csv, NAME.gpx and their upper-case endings in
+/// one of the folders; empty where there is none.
 std::filesystem::path FindGnssBeside(const std::vector<std::filesystem::path>& folders,
                                      const std::string& name);
-/// The fixes of that file; none where there is none. Their clock is the receiver's own. Throws Error as ReadGnssFile.
+/// The fixes of that file; none where there is none. Their clock is the receiver's own. Throws
+/// Error as ReadGnssFile.
 GnssStream ReadGnssBeside(const std::vector<std::filesystem::path>& folders,
                           const std::string& name);
 

@@ -4,22 +4,36 @@
 
 namespace deepuav {
 
+std::optional<AlignedPatch> AlignSurface(const ImagePyramid& reference, const SurfacePatch& patch_a,
+                                         const SE3& b_from_a, const ImagePyramid& image,
+                                         const Eigen::Vector2d& start_image_px,
+                                         const Camera& camera, const PatchOptions& options) {
+  const auto warp = PatchWarp(patch_a, b_from_a, camera);
+  const auto reference_px = camera.Distort(camera.pinhole.Unproject(patch_a.px));
+  if (!warp || !reference_px) return std::nullopt;
+  return AlignPatch(reference, *reference_px, *warp, image, start_image_px, options);
+}
+
+std::optional<PixelMeasurement> Undistorted(const Eigen::Vector2d& image_px,
+                                            const PixelNoise& noise, const DetectedPixel& known,
+                                            const Camera& camera) {
+  const auto lens = DistortionJacobian(camera, known.px);
+  if (!lens) return std::nullopt;
+  // Over the few pixels that a patch is shifted the lens is linear.
+  const Eigen::Matrix2d undistorting = lens->inverse();
+  const Eigen::Vector2d px = known.px + undistorting * (image_px - known.image_px);
+  const Eigen::Matrix2d covariance = undistorting * noise.Covariance() * undistorting.transpose();
+  return PixelMeasurement{px.cast<float>(), PixelNoise(covariance), true};
+}
+
 std::optional<PixelMeasurement> MeasurePatch(const ImagePyramid& reference,
                                              const SurfacePatch& patch_a, const SE3& b_from_a,
                                              const ImagePyramid& image, const DetectedPixel& start,
                                              const Camera& camera, const PatchOptions& options) {
-  const auto warp = PatchWarp(patch_a, b_from_a, camera);
-  const auto reference_px = camera.Distort(camera.pinhole.Unproject(patch_a.px));
-  const auto lens = DistortionJacobian(camera, start.px);
-  if (!warp || !reference_px || !lens) return std::nullopt;
-  const auto aligned = AlignPatch(reference, *reference_px, *warp, image, start.image_px, options);
+  const auto aligned =
+      AlignSurface(reference, patch_a, b_from_a, image, start.image_px, camera, options);
   if (!aligned) return std::nullopt;
-  // Over the few pixels that a patch is shifted the lens is linear.
-  const Eigen::Matrix2d undistorting = lens->inverse();
-  const Eigen::Vector2d px = start.px + undistorting * (aligned->px - start.image_px);
-  const Eigen::Matrix2d covariance =
-      undistorting * aligned->noise.Covariance() * undistorting.transpose();
-  return PixelMeasurement{px.cast<float>(), PixelNoise(covariance), true};
+  return Undistorted(aligned->px, aligned->noise, start, camera);
 }
 
 }  // namespace deepuav

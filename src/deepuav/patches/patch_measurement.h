@@ -14,9 +14,22 @@ struct DetectedPixel {
   Eigen::Vector2d image_px, px;
 };
 
-/// Where `image`, view b, shows the patch that `reference`, view a, shows at `patch_a`, in
-/// undistorted pixels; sought at `start`. Nothing where the views do not allow it or the patches do
-/// not agree, as AlignPatch. The image of a is read where its lens puts `patch_a.px`.
+/// Where `image`, view b, shows the patch that `reference`, view a, shows at `patch_a`, in pixels
+/// of the image as taken; sought at `start_image_px`. Nothing where the views do not allow it or
+/// the patches do not agree, as AlignPatch. The image of a is read where its lens puts
+/// `patch_a.px`.
+std::optional<AlignedPatch> AlignSurface(const ImagePyramid& reference, const SurfacePatch& patch_a,
+                                         const SE3& b_from_a, const ImagePyramid& image,
+                                         const Eigen::Vector2d& start_image_px,
+                                         const Camera& camera, const PatchOptions& options);
+
+/// What was found at a pixel of the image as taken, near `known`, in undistorted pixels; nothing
+/// where the lens has no inverse.
+std::optional<PixelMeasurement> Undistorted(const Eigen::Vector2d& image_px,
+                                            const PixelNoise& noise, const DetectedPixel& known,
+                                            const Camera& camera);
+
+/// The same in undistorted pixels.
 std::optional<PixelMeasurement> MeasurePatch(const ImagePyramid& reference,
                                              const SurfacePatch& patch_a, const SE3& b_from_a,
                                              const ImagePyramid& image, const DetectedPixel& start,

@@ -4,24 +4,12 @@
 #include <cmath>
 #include <optional>
 
+#include "deepuav/base/intervals.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {
 namespace {
-
-constexpr double kMostMedianIntervals = 3;
-
-template <typename Timed>
-double MedianInterval_s(const std::vector<Timed>& series) {
-  if (series.size() < 2) return 0;
-  std::vector<double> intervals;
-  for (size_t i = 1; i < series.size(); ++i)
-    intervals.push_back(SecondsBetween(series[i - 1].time, series[i].time));
-  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
-}
 
 /// The place in a series about a time.
 template <typename Timed>
@@ -36,7 +24,7 @@ class Bracketing {
  public:
   Bracketing(const std::vector<Timed>& series, double max_gap_s)
       : series_(series),
-        max_gap_s_(std::max(max_gap_s, kMostMedianIntervals * MedianInterval_s(series))) {}
+        max_gap_s_(std::max(max_gap_s, kLongestInMedianIntervals * MedianInterval_s(series))) {}
 
   std::optional<Bracket<Timed>> At(Timestamp time) {
     while (next_ < series_.size() && series_[next_].time < time) ++next_;

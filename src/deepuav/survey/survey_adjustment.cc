@@ -144,15 +144,17 @@ void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, bool refine_lens
   AdjustViews(tracks, px, AllViews(*state), refine_lens, max_iterations, options, stop, state);
 }
 
-std::optional<CalibrationSigmas> LensSigmas(const Tracks& tracks, const ViewPixels& px,
-                                            const SurveyOptions& options,
-                                            const SurveyState& state) {
+std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& px,
+                                        const SurveyOptions& options, const SurveyState& state) {
   if (!state.lens.is_refined) return std::nullopt;
   SurveyBundle bundle = MakeBundle(tracks, px, AllViews(state), state);
   if (bundle.problem.observations.empty()) return std::nullopt;
   bundle.problem.camera_fixed.front() = 1;
   if (state.lens.is_refined_wholly) HoldScale(&bundle);
-  return EstimateCalibrationSigmas(bundle.problem, OptionsOf(true, 0, options, state.lens));
+  const auto sigmas =
+      EstimateCalibrationSigmas(bundle.problem, OptionsOf(true, 0, options, state.lens));
+  if (!sigmas) return std::nullopt;
+  return RefinedLens{*sigmas, state.lens.camera.readout_s};
 }
 
 }  // namespace deepuav

@@ -20,8 +20,14 @@ void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, bool refine_lens
                     int max_iterations, const SurveyOptions& options,
                     const std::function<bool()>& stop, SurveyState* state);
 
+/// What the views tell of a lens that is refined, besides its camera.
+struct RefinedLens {
+  CalibrationSigmas sigmas;
+  double readout_s = 0;  ///< Of a rolling shutter; 0: not told.
+};
+
 /// How well the lens is known now; nothing where it is not refined.
-std::optional<CalibrationSigmas> LensSigmas(const Tracks& tracks, const ViewPixels& px,
-                                            const SurveyOptions& options, const SurveyState& state);
+std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& px,
+                                        const SurveyOptions& options, const SurveyState& state);
 
 }  // namespace deepuav

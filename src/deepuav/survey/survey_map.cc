@@ -1,10 +1,9 @@
 #include "deepuav/survey/survey_map.h"
 
-#include <Eigen/LU>
 #include <memory>
 #include <optional>
 
-#include "deepuav/patches/patch_warp.h"
+#include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
 namespace {
@@ -52,16 +51,12 @@ SightPixel AtOnce(SightPixel pixel, const Eigen::Vector3d& point, int view,
 }
 
 /// What a patch found, as the refined camera sees it; nothing where none did.
-std::optional<PixelMeasurement> Undistorted(const SightPixel& pixel, const Camera& camera,
-                                            bool keeps_distortion) {
+std::optional<PixelMeasurement> MeasurementOf(const SightPixel& pixel, const Camera& camera,
+                                              bool keeps_distortion) {
   if (!pixel.by_patch) return std::nullopt;
   if (!keeps_distortion) return PixelMeasurement{pixel.px.cast<float>(), pixel.noise, true};
   const auto px = camera.Undistort(pixel.px);
-  const auto lens = px ? DistortionJacobian(camera, *px) : std::nullopt;
-  if (!lens) return std::nullopt;
-  const Eigen::Matrix2d undistorting = lens->inverse();
-  const PixelNoise noise(undistorting * pixel.noise.Covariance() * undistorting.transpose());
-  return PixelMeasurement{px->cast<float>(), noise, true};
+  return px ? Undistorted(pixel.px, pixel.noise, {pixel.px, *px}, camera) : std::nullopt;
 }
 
 /// Adds the landmarks, without observations yet.
@@ -81,7 +76,7 @@ Sightings AddLandmarks(const BuiltSurvey& survey, const std::vector<KeyframeId>&
       const int keypoint = index[view][detected];
       if (keypoint < 0) continue;
       const SightPixel pixel = AtOnce(px[view][detected], *state.points[t], sight.view, state);
-      seen.push_back({view, {keypoint, {}, Undistorted(pixel, camera, keeps_distortion)}});
+      seen.push_back({view, {keypoint, {}, MeasurementOf(pixel, camera, keeps_distortion)}});
     }
     if (seen.size() < 2) continue;
     const LandmarkId landmark = ids->NextLandmark();

@@ -201,9 +201,9 @@ void SurveyMapper::RefineWholly(const std::vector<SurveyView>& views,
   whole.state.lens.is_refined_wholly = true;
   AdjustMeasured(views, stop, &whole);
   if (whole.state.model_sigma_px > options_.max_model_sigma_px) return;
-  const auto sigmas = LensSigmas(whole.tracks, whole.px, options_, whole.state);
+  const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
   const double limit = options_.max_lens_sigma;
-  if (!sigmas || sigmas->focal > limit || sigmas->centre > limit) return;
+  if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return;
   *built = std::move(whole);
   KeepLensOneToOne(stop, built);
 }
@@ -259,8 +259,7 @@ SurveyOutcome SurveyMapper::Run(const std::vector<SurveyView>& views,
     if (taken.empty()) {
       // The first map is the largest as a rule, and tells the lens to the others.
       lens_ = built->state.lens;
-      outcome.readout_s = lens_.camera.readout_s;
-      outcome.lens_sigmas = LensSigmas(built->tracks, built->px, options_, built->state);
+      outcome.lens = DescribeLens(built->tracks, built->px, options_, built->state);
       lens_.is_refined = false;
       if (was_refined) outcome.camera = CameraOf(lens_);
     }

@@ -35,11 +35,10 @@ struct SurveyOutcome {
     MapId map;  ///< Invalid where the photograph is in none.
     KeyframeId keyframe;
   };
-  Atlas atlas;                                   ///< The map with most photographs first.
-  Camera camera;                                 ///< As given, or refined.
-  std::vector<Place> places;                     ///< By view.
-  std::optional<CalibrationSigmas> lens_sigmas;  ///< Where the lens was refined.
-  double readout_s = 0;  ///< Of a rolling shutter, as the photographs show it; 0: not told.
+  Atlas atlas;                      ///< The map with most photographs first.
+  Camera camera;                    ///< As given, or refined.
+  std::vector<Place> places;        ///< By view.
+  std::optional<RefinedLens> lens;  ///< Where it was refined.
 };
 
 /// Makes maps of photographs that may come in any order, of a lens that may be a guess: all pairs

@@ -115,7 +115,7 @@ TEST_F(SurveyMapperTest, ACalibratedCameraIsKept) {
   EXPECT_EQ(Mapped(outcome), std::ssize(order));
   ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
   EXPECT_EQ(outcome.camera.pinhole.fx, kFocalPx);
-  EXPECT_FALSE(outcome.lens_sigmas);
+  EXPECT_FALSE(outcome.lens);
   EXPECT_LT(PositionError(outcome, order), 0.05);
 }
 
@@ -128,8 +128,8 @@ TEST_F(SurveyMapperTest, FindsTheLensThatIsFarFromTheGuess) {
     EXPECT_NEAR(outcome.camera.pinhole.fx / kFocalPx, 1, 0.01) << ratio;
     ASSERT_EQ(outcome.camera.distortion.size(), 4u) << ratio;
     EXPECT_NEAR(outcome.camera.distortion[0], -0.2, 0.03) << ratio;
-    ASSERT_TRUE(outcome.lens_sigmas);
-    EXPECT_LT(outcome.lens_sigmas->focal, 0.01);
+    ASSERT_TRUE(outcome.lens);
+    EXPECT_LT(outcome.lens->sigmas.focal, 0.01);
     EXPECT_LT(PositionError(outcome, order), 0.15) << ratio;
   }
 }

@@ -1,10 +1,10 @@
 #include "deepuav/survey/track_measurement.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <optional>
 
-#include "deepuav/patches/patch_warp.h"
+#include "deepuav/base/intervals.h"
+#include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
 namespace {
@@ -50,7 +50,8 @@ class Measuring {
     for (size_t s = 0; s < seen.sights.size(); ++s)
       measured += s != seen.reference && MeasureBy(seen, reference, seen.sights[s]);
     if (measured == 0) return 0;
-    PixelOf(reference) = {Undistorting(reference, DetectedIn(reference)),
+    const Keypoint& middle = KeypointOf(reference);
+    PixelOf(reference) = {(survey_.keeps_distortion ? middle.image_px : middle.px).cast<double>(),
                           survey_.options.min_sigma_px, true};
     return measured + 1;
   }
@@ -68,42 +69,28 @@ class Measuring {
   SightPixel& PixelOf(const Track::Sight& sight) {
     return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
   }
-  /// In the image as taken.
-  Eigen::Vector2d DetectedIn(const Track::Sight& sight) const {
-    return KeypointOf(sight).image_px.cast<double>();
-  }
-
-  /// The image's pixel as the survey counts pixels, near the sight's key point.
-  Eigen::Vector2d Undistorting(const Track::Sight& sight, const Eigen::Vector2d& image_px) const {
-    if (survey_.keeps_distortion) return image_px;
-    const auto lens = LensAt(sight);
-    return KeypointOf(sight).px.cast<double>() + lens * (image_px - DetectedIn(sight));
-  }
-
-  /// d pixel as the survey counts it / d image pixel.
-  Eigen::Matrix2d LensAt(const Track::Sight& sight) const {
-    if (survey_.keeps_distortion) return Eigen::Matrix2d::Identity();
-    const auto lens = DistortionJacobian(survey_.camera, KeypointOf(sight).px.cast<double>());
-    return lens ? Eigen::Matrix2d(lens->inverse()) : Eigen::Matrix2d::Identity();
-  }
-
   bool MeasureBy(const SeenPoint& seen, const Track::Sight& reference, const Track::Sight& sight) {
-    const auto reference_px = survey_.camera.Undistort(DetectedIn(reference));
+    const auto reference_px =
+        survey_.camera.Undistort(KeypointOf(reference).image_px.cast<double>());
     if (!reference_px) return false;
     const SE3& reference_from_world = PoseOf(reference);
     const SurfacePatch patch{*reference_px, reference_from_world * seen.position_world,
                              reference_from_world.rotation() * seen.normal_world};
-    const auto warp =
-        PatchWarp(patch, PoseOf(sight) * reference_from_world.Inverse(), survey_.camera);
-    if (!warp) return false;
-    const auto aligned = AlignPatch(*FrameOf(reference).image, DetectedIn(reference), *warp,
-                                    *FrameOf(sight).image, DetectedIn(sight), survey_.options);
+    const DetectedPixel start{KeypointOf(sight).image_px.cast<double>(),
+                              KeypointOf(sight).px.cast<double>()};
+    const auto aligned = AlignSurface(
+        *FrameOf(reference).image, patch, PoseOf(sight) * reference_from_world.Inverse(),
+        *FrameOf(sight).image, start.image_px, survey_.camera, survey_.options);
     if (!aligned) return false;
-    const Eigen::Matrix2d lens = LensAt(sight);
-    const Eigen::Matrix2d covariance = lens * aligned->noise.Covariance() * lens.transpose();
-    PixelOf(sight) = {Undistorting(sight, aligned->px),
-                      PixelNoise(covariance).Plus(survey_.options.min_sigma_px), true};
-    return true;
+    // The reference's pixel is its own by definition, but for what a patch can tell at best.
+    const PixelNoise noise = aligned->noise.Plus(survey_.options.min_sigma_px);
+    if (survey_.keeps_distortion) {
+      PixelOf(sight) = {aligned->px, noise, true};
+      return true;
+    }
+    const auto measured = Undistorted(aligned->px, noise, start, survey_.camera);
+    if (measured) PixelOf(sight) = {measured->px.cast<double>(), measured->noise, true};
+    return measured.has_value();
   }
 
   const PatchSurvey& survey_;
@@ -134,31 +121,28 @@ void AppendResiduals(const Track& track, size_t t, const ViewPixels& px, const S
 
 std::vector<Eigen::Vector3d> ViewVelocities(const std::vector<SurveyView>& views,
                                             const SurveyState& state) {
-  std::vector<size_t> by_time;
+  struct Station {
+    Timestamp time;
+    Eigen::Vector3d centre_world;
+    size_t view;
+  };
+  std::vector<Station> path;
   for (size_t v = 0; v < views.size(); ++v) {
-    if (state.cam_from_world[v]) by_time.push_back(v);
+    if (state.cam_from_world[v])
+      path.push_back({views[v].frame.time, state.cam_from_world[v]->InverseTranslation(), v});
   }
-  std::ranges::stable_sort(by_time, {}, [&](size_t v) { return views[v].frame.time; });
-  std::vector<double> intervals_s;
-  for (size_t i = 1; i < by_time.size(); ++i)
-    intervals_s.push_back(
-        SecondsBetween(views[by_time[i - 1]].frame.time, views[by_time[i]].frame.time));
+  std::ranges::stable_sort(path, {}, &Station::time);
+  const double longest_s = kLongestInMedianIntervals * MedianInterval_s(path);
+  const auto are_neighbours = [&](size_t i, size_t k) {
+    return k < path.size() && SecondsBetween(path[i].time, path[k].time) <= longest_s;
+  };
   std::vector<Eigen::Vector3d> velocities(views.size(), Eigen::Vector3d::Zero());
-  if (intervals_s.empty()) return velocities;
-  std::vector<double> sorted = intervals_s;
-  std::ranges::sort(sorted);
-  constexpr double kMostMedianIntervals = 3;
-  const double longest_s = kMostMedianIntervals * sorted[sorted.size() / 2];
-  for (size_t i = 0; i < by_time.size(); ++i) {
-    size_t before = i, after = i;
-    if (i > 0 && intervals_s[i - 1] <= longest_s) before = i - 1;
-    if (i < intervals_s.size() && intervals_s[i] <= longest_s) after = i + 1;
-    const auto at = [&](size_t k) {
-      return state.cam_from_world[by_time[k]]->InverseTranslation();
-    };
-    const double seconds =
-        SecondsBetween(views[by_time[before]].frame.time, views[by_time[after]].frame.time);
-    if (seconds > 0) velocities[by_time[i]] = (at(after) - at(before)) / seconds;
+  for (size_t i = 0; i < path.size(); ++i) {
+    const Station& before = path[i > 0 && are_neighbours(i - 1, i) ? i - 1 : i];
+    const Station& after = path[are_neighbours(i, i + 1) ? i + 1 : i];
+    const double seconds = SecondsBetween(before.time, after.time);
+    if (seconds > 0)
+      velocities[path[i].view] = (after.centre_world - before.centre_world) / seconds;
   }
   return velocities;
 }
