@@ -178,18 +178,22 @@ void SurveyMapper::Sharpen(const std::vector<SurveyView>& views, const std::func
 
 void SurveyMapper::AdjustMeasured(const std::vector<SurveyView>& views,
                                   const std::function<bool()>& stop, BuiltSurvey* built) {
-  constexpr int kRounds = 2;  // the second knows what the first shows of the model's errors
-  for (int round = 0; round < kRounds; ++round) {
+  constexpr int kMostRounds = 2;
+  constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
+  for (int round = 0; round < kMostRounds; ++round) {
     if (built->state.lens.is_refined_wholly)
       built->state.velocity_world = ViewVelocities(views, built->state);
     SurveyGrowth growth(&built->tracks, &built->px, built->state.lens, options_);
     growth.Resume(built->state);
     growth.Finish(stop);
+    const double assumed_px = built->state.model_sigma_px;
     built->state = growth.state();
-    built->state.model_sigma_px =
+    const double found_px =
         ModelSigmaPx(built->tracks, built->px, built->state, measuring_.model_noise);
-    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
-                built->state.model_sigma_px, built->state.lens.camera.readout_s);
+    built->state.model_sigma_px = found_px;
+    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s", found_px,
+                built->state.lens.camera.readout_s);
+    if (std::abs(found_px - assumed_px) <= kSameWeights * assumed_px) return;
   }
 }
 
