@@ -53,7 +53,7 @@ struct ExportFormat {
 template <typename Write>
 void WriteOnEarth(const fs::path& out, const Map& map, const LoadedAtlas& loaded, Write write) {
   const Gauge gauge = loaded.atlas.GaugeOf(map.id());
-  if (gauge.kind == GaugeKind::kFree) {
+  if (gauge.kind != GaugeKind::kGeoreferenced) {
     throw Error("map {}: has no place on Earth: expected one that was made with position fixes",
                 map.id().value);
   }
@@ -66,7 +66,7 @@ constexpr std::array<ExportFormat, 7> kFormats = {{
     {"las",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
        const Gauge gauge = loaded.atlas.GaugeOf(map.id());
-       if (gauge.kind == GaugeKind::kFree) return WriteLas(out, LandmarkPoints(map));
+       if (gauge.kind != GaugeKind::kGeoreferenced) return WriteLas(out, LandmarkPoints(map));
        const UtmZone zone = UtmZoneOf(gauge.origin);
        WriteLas(out, LandmarkPointsInUtm(map, gauge.origin, zone), zone.Epsg());
      }},

@@ -74,6 +74,8 @@ std::string MapText(MapId id, const MapSummary& map) {
 
 /// Empty where the map has none.
 std::string PlaceText(const Gauge& gauge) {
+  if (gauge.kind == GaugeKind::kMetric)
+    return fmt::format("  metric        z up; scale to {:.2g} %\n", 100 * gauge.scale_sigma);
   if (gauge.kind != GaugeKind::kGeoreferenced) return "";
   return fmt::format("  origin        latitude {:.7f}, longitude {:.7f}, altitude {:.3f} m\n",
                      gauge.origin.latitude_deg, gauge.origin.longitude_deg,
@@ -128,6 +130,7 @@ Json MapJson(MapId id, const MapSummary& map, const Gauge& gauge) {
           {"path_length", map.path_length},
           {"cameras", BoxJson(map.cameras)},
           {"points", BoxJson(map.points)},
+          {"gauge", GaugeName(gauge.kind)},
           {"origin", OriginJson(gauge)}};
 }
 
@@ -145,7 +148,7 @@ std::string MapFileText(const std::string& file, const LoadedAtlas& loaded,
   text += fmt::format("features  {}\n", OrUnknown(origin.features));
   text += fmt::format("matcher   {}\n", OrUnknown(origin.matcher));
   text += fmt::format("images    {} names\n", origin.image_names.size());
-  text += "lengths   in each map's own unit, metres where it has a place on Earth\n";
+  text += "lengths   in each map's own unit, metres where it is metric or has a place on Earth\n";
   for (const MapId id : loaded.atlas.Remaining()) {
     text += MapText(id, SummariseMap(loaded.atlas.At(id)));
     text += PlaceText(loaded.atlas.GaugeOf(id));

@@ -17,6 +17,7 @@ constexpr SectionKind kMap = {'M', 'A', 'P', ' '};
 constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
 constexpr SectionKind kImage = {'I', 'M', 'A', 'G'};
 constexpr SectionKind kGauges = {'G', 'A', 'U', 'G'};
+constexpr SectionKind kMetricGauges = {'M', 'E', 'T', 'R'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -40,7 +41,9 @@ class AtlasReader {
       }
       loaded.atlas.Add(Map::Restore(std::move(state)));
     }
-    if (sections_.NextIs(kGauges)) ReadGauges(&loaded.atlas);
+    if (sections_.NextIs(kGauges)) SetGauges(GetGauges(sections_.Read(kGauges)), &loaded.atlas);
+    if (sections_.NextIs(kMetricGauges))
+      SetGauges(GetMetricGauges(sections_.Read(kMetricGauges)), &loaded.atlas);
     sections_.ExpectEnd();
     CheckCounter(head_.ids.keyframes, "keyframe");
     CheckCounter(head_.ids.landmarks, "landmark");
@@ -78,10 +81,12 @@ class AtlasReader {
                 size.width, size.height, head_.camera.width, head_.camera.height);
   }
 
-  void ReadGauges(Atlas* atlas) {
-    for (const auto& [map, gauge] : GetGauges(sections_.Read(kGauges))) {
+  void SetGauges(const std::map<MapId, Gauge>& gauges, Atlas* atlas) {
+    for (const auto& [map, gauge] : gauges) {
       if (map.value < 0 || map >= atlas->NextMap())
         throw Error("map {} has a gauge: expected one of {} maps", map.value, head_.maps);
+      if (atlas->GaugeOf(map).kind != GaugeKind::kFree)
+        throw Error("map {} has two gauges: expected one", map.value);
       atlas->ChangeGauge(map, Sim3(), gauge);
     }
   }
@@ -158,11 +163,11 @@ std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
 
 namespace {
 
-std::map<MapId, Gauge> GaugesInFile(const Atlas& atlas) {
+std::map<MapId, Gauge> GaugesInFile(const Atlas& atlas, GaugeKind kind) {
   std::map<MapId, Gauge> gauges;
   for (const auto& [map, number] : NumbersInFile(atlas)) {
     const Gauge gauge = atlas.GaugeOf(map);
-    if (gauge.kind != GaugeKind::kFree) gauges[{number}] = gauge;
+    if (gauge.kind == kind) gauges[{number}] = gauge;
   }
   return gauges;
 }
@@ -192,9 +197,13 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
       write(kImage);
     });
   }
-  if (const auto gauges = GaugesInFile(atlas); !gauges.empty()) {
+  if (const auto gauges = GaugesInFile(atlas, GaugeKind::kGeoreferenced); !gauges.empty()) {
     PutGauges(gauges, &bytes);
     write(kGauges);
+  }
+  if (const auto gauges = GaugesInFile(atlas, GaugeKind::kMetric); !gauges.empty()) {
+    PutMetricGauges(gauges, &bytes);
+    write(kMetricGauges);
   }
   sections.Commit();
 }

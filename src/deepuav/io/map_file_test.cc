@@ -130,6 +130,15 @@ TEST_F(MapFileTest, KeepsThePlaceOnEarth) {
   EXPECT_EQ(gauge.scale_sigma, 0.01);
 }
 
+TEST_F(MapFileTest, KeepsThatAMapIsMetric) {
+  Atlas atlas = TestAtlas(20, 30, 64, 1);
+  atlas.ChangeGauge(MapId{0}, Sim3(), {GaugeKind::kMetric, {}, 0.004});
+  WriteAtlas(atlas);
+  const Gauge gauge = ReadMapFile(file_).atlas.GaugeOf(MapId{0});
+  EXPECT_EQ(gauge.kind, GaugeKind::kMetric);
+  EXPECT_EQ(gauge.scale_sigma, 0.004);
+}
+
 TEST_F(MapFileTest, TellsWhereItComesFrom) {
   SmallFile();
   const MapOrigin origin = ReadMapFile(file_).origin, expected = TestMapOrigin();

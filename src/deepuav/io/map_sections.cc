@@ -14,7 +14,7 @@ constexpr size_t kKeypointReferenceBytes = 8 + 4;
 constexpr size_t kMeasurementFloats = 5;
 constexpr size_t kMeasurementBytes = kMeasurementFloats * sizeof(float) + 1;
 constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kKeypointReferenceBytes + 2 * 4 + 8;
-constexpr size_t kGaugeBytes = 8 + 4 * 8;
+constexpr size_t kGaugeBytes = 8 + 4 * 8, kMetricGaugeBytes = 8 + 8;
 constexpr size_t kImageNameBytes = 2 * 8;
 constexpr size_t kKeypointFloats = 6;
 constexpr uint32_t kMostPyramidLevels = 16;
@@ -370,6 +370,32 @@ std::map<MapId, Gauge> GetGauges(std::string_view content) {
           map.value, values[0], values[1], values[2]);
     }
     if (!gauges.emplace(map, gauge).second)
+      throw Error("map {} has two gauges: expected one", map.value);
+  }
+  reader.ExpectEnd();
+  return gauges;
+}
+
+void PutMetricGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer) {
+  writer->Put<uint64_t>(gauges.size());
+  for (const auto& [map, gauge] : gauges) {
+    PutId(map, writer);
+    writer->Put<double>(gauge.scale_sigma);
+  }
+}
+
+std::map<MapId, Gauge> GetMetricGauges(std::string_view content) {
+  ByteReader reader(content, "the section of metric gauges");
+  std::map<MapId, Gauge> gauges;
+  for (size_t left = reader.GetCount(kMetricGaugeBytes); left > 0; --left) {
+    const auto map = GetId<MapId>(&reader);
+    double scale_sigma = 0;
+    reader.GetAll(std::span<double>(&scale_sigma, 1));
+    if (!(scale_sigma >= 0 && std::isfinite(scale_sigma))) {
+      throw Error("map {} has its scale to {}: expected a standard deviation", map.value,
+                  scale_sigma);
+    }
+    if (!gauges.emplace(map, Gauge{GaugeKind::kMetric, {}, scale_sigma}).second)
       throw Error("map {} has two gauges: expected one", map.value);
   }
   reader.ExpectEnd();

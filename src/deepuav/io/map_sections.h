@@ -41,9 +41,12 @@ MapState GetMap(std::string_view content, uint32_t version,
 /// Every observation that names a key point of a keyframe is where that is.
 void MeasureAtKeypoints(MapState* state);
 
-/// What the maps' worlds mean, by the maps' numbers in the file; of those that are not free.
+/// Where maps are on Earth, by their numbers in the file; of those that are georeferenced.
 void PutGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
 std::map<MapId, Gauge> GetGauges(std::string_view content);
+/// The same of those that are metric and level, but nowhere on Earth.
+void PutMetricGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
+std::map<MapId, Gauge> GetMetricGauges(std::string_view content);
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
