@@ -234,7 +234,7 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
       ->needs("--map");
   command
       .add_option("--use", arguments.use,
-                  "Sensors: auto (all that are there), or some of camera,gnss,barometer")
+                  "Sensors: auto (all that are there), or some of camera,imu,gnss,barometer")
       ->capture_default_str();
   command.add_option("--start", arguments.range.start, "First frame, from 0")
       ->check(CLI::Range(0, kMaxFrame).description(""))

@@ -23,6 +23,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr double kDegrees = 180 / M_PI;  // In a radian.
+
 using FrameCounts = std::map<MapId, int>;
 
 /// Has an entry for every map of the atlas.
@@ -117,36 +119,59 @@ Json SensorTable(const RunFacts& facts) {
   return table;
 }
 
+/// What an inertial sensor told, or why it did not.
+Json InertialTable(const InertialAttempt& attempt) {
+  if (!attempt.found) return {{"reason", attempt.reason}};
+  const InertialAlignment& found = *attempt.found;
+  const auto numbers = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
+  return {{"scale_sigma", found.scale_sigma},
+          {"tilt_sigma_deg", found.tilt_sigma_rad * kDegrees},
+          {"clock_offset_s", found.clock_offset_s},
+          {"clock_sigma_s", found.clock_sigma_s},
+          {"gyroscope_bias_rad_s", numbers(found.bias.gyroscope_rad_s)},
+          {"accelerometer_bias_m_s2", numbers(found.bias.accelerometer_m_s2)},
+          {"turn_residual_deg", found.turn_residual_rad * kDegrees},
+          {"position_residual_m", found.position_residual_m},
+          {"chi_square", found.chi_square},
+          {"scale_spread", found.scale_spread},
+          {"duration_s", found.duration_s}};
+}
+
+void AddGeoreference(const GeoreferenceReport& report, Json* table) {
+  if (!report.found) {
+    (*table)["reason"] = report.reason;
+    return;
+  }
+  const Georeference& found = *report.found;
+  (*table)["fixes"] = {{"on_path", report.fixes},
+                       {"used", report.used},
+                       {"horizontal_rms_m", report.horizontal_rms_m},
+                       {"vertical_rms_m", report.vertical_rms_m},
+                       {"spread_over_stated", found.horizontal_ratio}};
+  (*table)["turn_sigma_deg"] = found.turn_sigma_rad() * kDegrees;
+  (*table)["clock_offset_s"] = found.clock_offset_s;
+  (*table)["barometer_steps"] = report.height_steps;
+}
+
+/// The entry of a map, or null.
+template <typename Entry>
+const Entry* EntryOf(const std::map<MapId, Entry>& entries, MapId map) {
+  const auto found = entries.find(map);
+  return found == entries.end() ? nullptr : &found->second;
+}
+
 /// Of a map: what its world means and how it came to it.
-Json GaugeTable(const Gauge& gauge, const GeoreferenceReport* report) {
-  const bool is_free = gauge.kind == GaugeKind::kFree;
-  Json table = {{"kind", is_free ? "free" : "georeferenced"}};
-  if (!is_free) {
+Json GaugeTable(MapId map, const Gauge& gauge, const SlamResult& result) {
+  Json table = {{"kind", GaugeName(gauge.kind)}};
+  if (gauge.kind == GaugeKind::kGeoreferenced) {
     table["origin"] = {{"latitude_deg", gauge.origin.latitude_deg},
                        {"longitude_deg", gauge.origin.longitude_deg},
                        {"altitude_m", gauge.origin.altitude_m}};
-    table["scale_sigma"] = gauge.scale_sigma;
   }
-  if (!report) return table;
-  if (!report->found) {
-    table["reason"] = report->reason;
-    return table;
-  }
-  const Georeference& found = *report->found;
-  table["fixes"] = {{"on_path", report->fixes},
-                    {"used", report->used},
-                    {"horizontal_rms_m", report->horizontal_rms_m},
-                    {"vertical_rms_m", report->vertical_rms_m},
-                    {"spread_over_stated", found.horizontal_ratio}};
-  table["turn_sigma_deg"] = found.turn_sigma_rad() * 180 / M_PI;
-  table["clock_offset_s"] = found.clock_offset_s;
-  table["barometer_steps"] = report->height_steps;
+  if (gauge.kind != GaugeKind::kFree) table["scale_sigma"] = gauge.scale_sigma;
+  if (const auto* report = EntryOf(result.georeferences, map)) AddGeoreference(*report, &table);
+  if (const auto* attempt = EntryOf(result.inertial, map)) table["imu"] = InertialTable(*attempt);
   return table;
-}
-
-const GeoreferenceReport* ReportOf(const SlamResult& result, MapId map) {
-  const auto found = result.georeferences.find(map);
-  return found == result.georeferences.end() ? nullptr : &found->second;
 }
 
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
@@ -160,7 +185,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                     {"keyframes", map.KeyframeCount()},
                     {"landmarks", map.LandmarkCount()},
                     {"frames", count},
-                    {"gauge", GaugeTable(atlas.GaugeOf(id), ReportOf(result, id))}});
+                    {"gauge", GaugeTable(id, atlas.GaugeOf(id), result)}});
     located += count;
   }
   const MapId main = MainMap(frames);

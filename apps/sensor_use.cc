@@ -12,7 +12,7 @@ namespace deepuav {
 namespace {
 
 constexpr const char* kAuto = "auto";
-constexpr const char *kCamera = "camera", *kGnss = "gnss", *kBarometer = "barometer";
+constexpr const char *kCamera = "camera", *kImu = "imu", *kGnss = "gnss", *kBarometer = "barometer";
 
 std::set<std::string> NamesIn(const std::string& list) {
   std::set<std::string> names;
@@ -40,10 +40,10 @@ void CheckSensorList(const std::string& list) {
   if (list == kAuto) return;
   const std::set<std::string> names = NamesIn(list);
   for (const std::string& name : names) {
-    if (name != kCamera && name != kGnss && name != kBarometer)
+    if (name != kCamera && name != kImu && name != kGnss && name != kBarometer)
       throw CLI::ValidationError(
-          fmt::format("--use: '{}' is no sensor: expected auto, or camera, gnss and barometer with "
-                      "commas between",
+          fmt::format("--use: '{}' is no sensor: expected auto, or camera, imu, gnss and barometer "
+                      "with commas between",
                       name));
   }
   if (!names.contains(kCamera))
@@ -73,7 +73,7 @@ SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset) {
     use.facts.push_back(facts);
   };
   const bool has_fixes = !streams.gnss.fixes.empty();
-  take("imu", &streams.imu, &use.streams.imu, streams.imu.samples.size(), "not used yet");
+  take(kImu, &streams.imu, &use.streams.imu, streams.imu.samples.size(), "");
   take(kGnss, &streams.gnss, &use.streams.gnss, streams.gnss.fixes.size(), "");
   take(kBarometer, &streams.barometer, &use.streams.barometer, streams.barometer.samples.size(),
        has_fixes ? "" : "without position fixes");

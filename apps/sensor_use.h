@@ -25,7 +25,7 @@ struct SensorUse {
 /// among them.
 void CheckSensorList(const std::string& list);
 
-/// Reads the sensors that `list` names ("camera", "camera,gnss", "camera,gnss,barometer"), or under
+/// Reads the sensors that `list` names ("camera", "camera,imu", "camera,gnss,barometer"), or under
 /// "auto" all that are there, where what cannot be read is left out with a warning. Throws Error
 /// for a sensor that is named and not there.
 SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset);

@@ -6,6 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/system/frame_path.h"
 
 namespace deepuav {
 namespace {
@@ -28,6 +29,7 @@ void SensorUseOptions::Check() const {
   gnss.Check();
   barometer.Check();
   georeference.Check();
+  imu.Check();
 }
 
 Georeferencing::Georeferencing(const SensorStreams& streams, const SensorUseOptions& options,
@@ -46,7 +48,7 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
   report.origin = origin_;
   ClockPrior clock{options_.gnss_clock_offset_s,
                    options_.search_gnss_clock ? streams_.gnss.clock_sigma_s : 0};
-  GeoreferenceAttempt attempt = Find(PathIn(map, records), clock);
+  GeoreferenceAttempt attempt = Find(PathIn(*atlas_, map, records), clock);
   report.reason = attempt.reason;
   if (!attempt.found) return report;
   report.found = attempt.found;
@@ -55,13 +57,13 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
   clock = {attempt.found->clock_offset_s, 0};
   for (int round = 0; round < kRounds && !(stop && stop()); ++round) {
     // Outliers and spread about the path as it is now; its place follows from the factors.
-    attempt = Find(PathIn(map, records), clock);
+    attempt = Find(PathIn(*atlas_, map, records), clock);
     if (!attempt.found) break;
     const MapFactors factors = FactorsOf(map, *attempt.found);
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &factors);
     report.height_steps = static_cast<int>(factors.height_steps.size());
   }
-  const Trajectory path = PathIn(map, records);
+  const Trajectory path = PathIn(*atlas_, map, records);
   if (attempt = Find(path, clock); attempt.found) {
     report.fixes = static_cast<int>(attempt.found->positions.size());
     report.used = attempt.found->used();
@@ -88,24 +90,6 @@ std::map<MapId, GeoreferenceReport> Georeferencing::ApplyToAll(
     }
   }
   return reports;
-}
-
-Trajectory Georeferencing::PathIn(MapId map, const std::vector<FrameRecord>& records) const {
-  const Map& in = atlas_->At(map);
-  std::map<FrameId, const Keyframe*> keyframes;
-  in.keyframes().ForEach(
-      [&](const Keyframe& keyframe) { keyframes.emplace(keyframe.frame.id, &keyframe); });
-  Trajectory path;
-  for (const FrameRecord& record : records) {
-    if (!record.located() || atlas_->Current(record.map) != in.id()) continue;
-    const auto keyframe = keyframes.find(record.id);
-    const bool is_keyframe =
-        keyframe != keyframes.end() && keyframe->second->frame.time == record.time;
-    const SE3 cam_from_world =
-        is_keyframe ? keyframe->second->cam_from_world : in.PoseOf(record.pose);
-    path.push_back({record.time, cam_from_world.Inverse()});
-  }
-  return path;
 }
 
 std::vector<Georeferencing::TimedKeyframe> Georeferencing::KeyframesOf(MapId map) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/inertial/inertial_options.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/sensors/georeference.h"
@@ -37,6 +38,7 @@ struct SensorUseOptions {
   GnssNoise gnss;
   BarometerNoise barometer;
   GeoreferenceOptions georeference;
+  InertialOptions imu;
 
   void Check() const;
   template <typename Visitor>
@@ -86,7 +88,6 @@ class Georeferencing {
     KeyframeId id;
   };
 
-  Trajectory PathIn(MapId map, const std::vector<FrameRecord>& records) const;
   std::vector<TimedKeyframe> KeyframesOf(MapId map) const;
   GeoreferenceAttempt Find(const Trajectory& path, const ClockPrior& clock) const;
   MapFactors FactorsOf(MapId map, const Georeference& found) const;

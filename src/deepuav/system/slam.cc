@@ -7,7 +7,6 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/system/trajectory_finish.h"
 
 namespace deepuav {
 
@@ -56,6 +55,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("sensors.gnss", sensors.gnss);
   visit("sensors.barometer", sensors.barometer);
   visit("sensors.georeference", sensors.georeference);
+  visit("sensors.imu", sensors.imu);
   visit("sensors", sensors);
 }
 
@@ -346,6 +346,17 @@ bool Slam::RefinesFocalIn(MapId map) const {
   return options_.refine_focal && camera_.distortion.empty() && map == ByKeyframes(atlas_).front();
 }
 
+void Slam::MakeMetricAll(const std::function<bool()>& stop, SlamResult* result) {
+  if (sensors_.imu.samples.empty() || options_.localise_only) return;
+  const StageScope stage(&clock_, "inertial");
+  const TrajectoryFinish finish = MakeFinish(nullptr);
+  InertialGauge gauge(
+      sensors_.imu, options_.sensors.imu,
+      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, &mapper_,
+      &atlas_);
+  result->inertial = gauge.ApplyToAll(ByKeyframes(atlas_), result->frames, stop);
+}
+
 void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
   if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
   const StageScope stage(&clock_, "georeference");
@@ -353,6 +364,16 @@ void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result
   result->georeferences = georeferencing.ApplyToAll(
       ByKeyframes(atlas_), result->frames, &camera_.pinhole,
       [this](MapId map) { return RefinesFocalIn(map); }, stop);
+}
+
+TrajectoryFinish Slam::MakeFinish(FrameLocator* locator) const {
+  return {camera_,
+          options_.tracking.locator,
+          options_.mapping.local_map,
+          options_.max_gap_frames,
+          atlas_,
+          first_new_keyframe_,
+          locator};
 }
 
 void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
@@ -365,9 +386,7 @@ void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<Frame
   LocatorOptions thorough = options_.tracking.locator;
   thorough.reference_tries = options_.end_reference_tries;
   FrameLocator locator(camera_, thorough, &matcher_, nullptr);
-  TrajectoryFinish(camera_, options_.tracking.locator, options_.mapping.local_map,
-                   options_.max_gap_frames, atlas_, first_new_keyframe_, &locator)
-      .Finish(records, stop);
+  MakeFinish(&locator).Finish(records, stop);
 }
 
 void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) {
@@ -387,6 +406,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
     }
   };
   attempt([&] { AdjustAll(stop); });
+  attempt([&] { MakeMetricAll(stop, result); });
   attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
 }

@@ -17,9 +17,11 @@
 #include "deepuav/system/frame_record.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/image_source.h"
+#include "deepuav/system/inertial_gauge.h"
 #include "deepuav/system/mapping_lane.h"
 #include "deepuav/system/shared_matcher.h"
 #include "deepuav/system/stage_clock.h"
+#include "deepuav/system/trajectory_finish.h"
 #include "deepuav/tracking/tracker.h"
 
 namespace deepuav {
@@ -105,6 +107,7 @@ struct SlamResult {
   std::map<std::string, std::vector<double>> stage_durations_s;
   int skipped_late = 0;  ///< Images left out by the live schedule.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
+  std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
@@ -134,8 +137,8 @@ class Slam {
   /// Starts from maps that are there: the first frames are looked for in them.
   void Load(Atlas atlas);
 
-  /// What other sensors measured meanwhile, on the images' clock: gives the maps their place on
-  /// Earth at the end of the run.
+  /// What other sensors measured meanwhile, on the images' clock: gives the maps their scale, level
+  /// and place on Earth at the end of the run.
   void UseSensors(SensorStreams streams) { sensors_ = std::move(streams); }
 
   /// Runs over all images. `stop` is asked before each frame, in other threads too while an image
@@ -174,9 +177,11 @@ class Slam {
   void AdjustAll(const std::function<bool()>& stop);
   /// Whether the adjustment at the end refines the focal length: with the largest map.
   bool RefinesFocalIn(MapId map) const;
+  void MakeMetricAll(const std::function<bool()>& stop, SlamResult* result);
   void GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
   void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
+  TrajectoryFinish MakeFinish(FrameLocator* locator) const;
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
 
   Camera camera_;

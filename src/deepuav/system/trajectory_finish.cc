@@ -31,7 +31,7 @@ void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
       record.cam_from_world = keyframe.cam_from_world;
       record.features.reset();
     } else {
-      Refine(&record);
+      record.cam_from_world = RefinedPose(record);
     }
   }
   LocateDoubtful(records, stop);
@@ -50,12 +50,12 @@ std::map<FrameId, const Keyframe*> TrajectoryFinish::TrustedKeyframes() const {
   return keyframes;
 }
 
-void TrajectoryFinish::Refine(FrameRecord* record) const {
-  const Map& map = atlas_.At(record->map);
-  const SE3 initial = map.PoseOf(record->pose);
+SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
+  const Map& map = atlas_.At(record.map);
+  const SE3 initial = map.PoseOf(record.pose);
   std::vector<PoseObservation> observations;
   std::set<LandmarkId> used;  // two landmarks seen may have become one since
-  for (const FrameRecord::Seen& seen : record->seen) {
+  for (const FrameRecord::Seen& seen : record.seen) {
     const auto landmark = map.Current(seen.landmark);
     if (landmark && used.insert(*landmark).second)
       observations.push_back({map.At(*landmark).position_world, seen.measured.px.cast<double>(),
@@ -64,7 +64,7 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
   const MotionOnlyResult refined =
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
   const bool trusted = refined.inlier_count >= options_.min_inliers;
-  record->cam_from_world = trusted ? refined.cam_from_world : initial;
+  return trusted ? refined.cam_from_world : initial;
 }
 
 void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,

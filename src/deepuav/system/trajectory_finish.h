@@ -25,10 +25,12 @@ class TrajectoryFinish {
   /// before each, says true.
   void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
+  /// Of a located frame, by the landmarks that it saw and the map as it is.
+  SE3 RefinedPose(const FrameRecord& record) const;
+
  private:
   /// The keyframes of this run that see enough to be trusted.
   std::map<FrameId, const Keyframe*> TrustedKeyframes() const;
-  void Refine(FrameRecord* record) const;
   void LocateDoubtful(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
   /// Frame i anew from its neighbours in the same map, or from one where the other is not in it.
   bool LocateBetween(const std::vector<FrameRecord>& records, size_t i, FrameRecord* record) const;

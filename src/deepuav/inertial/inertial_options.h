@@ -1,0 +1,86 @@
+#pragma once
+
+#include "deepuav/sensors/streams.h"
+
+namespace deepuav {
+
+/// When an inertial sensor tells a path its scale and what is level, and what both are trusted
+/// with.
+struct InertialOptions {
+  double gravity_m_s2 = 9.80665;          ///< Where the flight is.
+  double stated_noise_factor = 5;         ///< A sensor states its noise at rest; rotors shake it.
+  double gyroscope_noise_density = 1e-3;  ///< rad/s/sqrt(Hz), where it is not stated.
+  double gyroscope_random_walk = 1e-4;    ///< rad/s^2/sqrt(Hz), the same.
+  double accelerometer_noise_density = 1e-2;   ///< m/s^2/sqrt(Hz), the same.
+  double accelerometer_random_walk = 5e-3;     ///< m/s^3/sqrt(Hz), the same.
+  double gyroscope_bias_sigma_rad_s = 0.05;    ///< Of an axis, at the start.
+  double accelerometer_bias_sigma_m_s2 = 0.1;  ///< The same.
+  double clock_sigma_s = 0.02;                 ///< Between the clocks of sensor and camera.
+  double max_clock_offset_s = 0.1;             ///< Up to which it is searched.
+  double scale_walk_sqrt_s = 5e-4;       ///< Random walk of the path's scale, as a share of it.
+  double turn_walk_deg_sqrt_s = 0.005;   ///< Random walk of the path's turns.
+  double level_walk_deg_sqrt_s = 0.002;  ///< Random walk of the vertical in the path.
+  double path_scale_sigma = 0.003;  ///< Error of the whole path's scale that its poses do not show.
+  double max_imu_gap_s = 0.05;      ///< Between samples that are interpolated.
+  double max_path_gap_s = 1;        ///< Between poses whose motion is integrated.
+  double min_pose_interval_s = 0.045;  ///< Poses that come more often are left out.
+  double min_duration_s = 5;           ///< Of path with samples.
+  double max_scale_sigma = 0.02;       ///< As a share of the scale.
+  double max_tilt_sigma_deg = 1;
+  double max_turn_residual_deg = 0.5;  ///< Between camera and gyroscope, an axis.
+  double max_chi_square = 3;           ///< Of the integrated motions, a degree of freedom.
+  double max_gyroscope_bias_rad_s = 0.2;
+  double max_accelerometer_bias_m_s2 = 0.35;
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("gravity_m_s2", gravity_m_s2, "m/s^2", "gravity where the flight is");
+    visit("stated_noise_factor", stated_noise_factor, "",
+          "by which the noise is multiplied that a sensor states, which is that at rest");
+    visit("gyroscope_noise_density", gyroscope_noise_density, "rad/s/sqrt(Hz)",
+          "white noise where the sensor's is not stated");
+    visit("gyroscope_random_walk", gyroscope_random_walk, "rad/s^2/sqrt(Hz)",
+          "the same, of its bias");
+    visit("accelerometer_noise_density", accelerometer_noise_density, "m/s^2/sqrt(Hz)",
+          "the same, white noise");
+    visit("accelerometer_random_walk", accelerometer_random_walk, "m/s^3/sqrt(Hz)",
+          "the same, of its bias");
+    visit("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s, "rad/s",
+          "standard deviation of the bias at the start, an axis");
+    visit("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2, "m/s^2",
+          "standard deviation of the bias at the start, an axis");
+    visit("clock_sigma_s", clock_sigma_s, "s",
+          "standard deviation of the offset between the clocks of sensor and camera");
+    visit("max_clock_offset_s", max_clock_offset_s, "s", "up to which it is searched");
+    visit("scale_walk_sqrt_s", scale_walk_sqrt_s, "1/sqrt(s)",
+          "random walk of the scale along the camera's path, as a share");
+    visit("turn_walk_deg_sqrt_s", turn_walk_deg_sqrt_s, "deg/sqrt(s)",
+          "random walk of its orientation, beside the gyroscope's noise");
+    visit("level_walk_deg_sqrt_s", level_walk_deg_sqrt_s, "deg/sqrt(s)",
+          "random walk of what is level in it");
+    visit("path_scale_sigma", path_scale_sigma, "",
+          "error of the scale of a whole path that its poses do not show, as a share");
+    visit("max_imu_gap_s", max_imu_gap_s, "s", "longest gap of samples that is interpolated");
+    visit("max_path_gap_s", max_path_gap_s, "s", "longest gap of poses that is integrated over");
+    visit("min_pose_interval_s", min_pose_interval_s, "s",
+          "poses that come more often are left out");
+    visit("min_duration_s", min_duration_s, "s", "path with samples without which nothing is told");
+    visit("max_scale_sigma", max_scale_sigma, "",
+          "standard deviation of the scale, as a share, above which nothing is told");
+    visit("max_tilt_sigma_deg", max_tilt_sigma_deg, "deg", "the same of what is level");
+    visit("max_turn_residual_deg", max_turn_residual_deg, "deg",
+          "between the turns of camera and gyroscope, above which the samples do not fit");
+    visit("max_chi_square", max_chi_square, "",
+          "of the integrated motions, a degree of freedom, above which they do not fit");
+    visit("max_gyroscope_bias_rad_s", max_gyroscope_bias_rad_s, "rad/s",
+          "bias above which the sensor is not trusted");
+    visit("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, "m/s^2",
+          "bias above which the sensor is not trusted");
+  }
+};
+
+/// That of the options where none is stated.
+ImuNoise NoiseOf(const ImuStream& imu, const InertialOptions& options);
+
+}  // namespace deepuav

@@ -1,0 +1,87 @@
+#include "deepuav/inertial/path_noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace deepuav {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+/// Of the squared norm of three normal errors.
+constexpr double kMedianChiSquare = 2.366;
+/// About a pose, to either side.
+constexpr double kWindow_s = 2;
+/// A quiet stretch is no better than this share of the whole path.
+constexpr double kLeastShare = 0.3;
+constexpr double kMinTurnSigma_rad = 0.002 * kDegree;
+/// Over the median distance of a pose from between its neighbours.
+constexpr double kJump = 20;
+/// Residuals count up to so many standard deviations, correlations down to this one.
+constexpr double kLongest = 3, kLeastCorrelation = 0.05;
+
+double SigmaOf(const std::vector<Vector6d>& residuals, int first, size_t from, size_t to) {
+  std::vector<double> squares;
+  for (size_t k = from; k < to; ++k)
+    squares.push_back(residuals[k].segment<3>(first).squaredNorm());
+  const auto middle = squares.begin() + std::ssize(squares) / 2;
+  std::nth_element(squares.begin(), middle, squares.end());
+  return std::sqrt(*middle / kMedianChiSquare);
+}
+
+}  // namespace
+
+Trajectory WithoutJumps(const Trajectory& path) {
+  if (path.size() < 3) return path;
+  std::vector<double> distances;
+  for (size_t k = 1; k + 1 < path.size(); ++k) {
+    const TimedPose between = InterpolatePose(path[k - 1], path[k + 1], path[k].time);
+    distances.push_back(
+        (path[k].world_from_cam.translation() - between.world_from_cam.translation()).norm());
+  }
+  std::vector<double> sorted = distances;
+  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  Trajectory kept;
+  for (size_t k = 0; k < path.size(); ++k) {
+    const size_t i = std::clamp<size_t>(k, 1, distances.size()) - 1;
+    if (distances[i] <= kJump * *middle) kept.push_back(path[k]);
+  }
+  return kept;
+}
+
+void EstimatePathNoise(const std::vector<Vector6d>& residuals, InertialProblem* problem) {
+  constexpr int kTurn = 0, kShift = 3;
+  const size_t count = residuals.size();
+  const double turn = std::max(SigmaOf(residuals, kTurn, 0, count), kMinTurnSigma_rad);
+  const double least = kLeastShare * SigmaOf(residuals, kShift, 0, count);
+  problem->turn_sigma_rad.assign(count, turn);
+  problem->position_sigma.resize(count);
+  size_t from = 0, to = 0;
+  for (size_t k = 0; k < count; ++k) {
+    const Timestamp time = problem->path[k].time;
+    while (SecondsBetween(problem->path[from].time, time) > kWindow_s) ++from;
+    while (to < count && SecondsBetween(time, problem->path[to].time) <= kWindow_s) ++to;
+    problem->position_sigma[k] = std::max(SigmaOf(residuals, kShift, from, to), least);
+  }
+}
+
+double VarianceInflation(const std::vector<Vector6d>& residuals, const InertialProblem& problem) {
+  const size_t count = residuals.size();
+  std::vector<Eigen::Vector3d> whitened;
+  double variance = 0;
+  for (size_t k = 0; k < count; ++k) {
+    const Eigen::Vector3d value = residuals[k].tail<3>() / problem.position_sigma[k];
+    whitened.push_back(value * std::min(1.0, kLongest / std::max(value.norm(), 1e-9)));
+    variance += whitened.back().squaredNorm();
+  }
+  double inflation = 1;
+  for (size_t lag = 1; lag < count / 4; ++lag) {
+    double sum = 0;
+    for (size_t k = lag; k < count; ++k) sum += whitened[k].dot(whitened[k - lag]);
+    if (!(sum > kLeastCorrelation * variance)) break;
+    inflation += 2 * sum / variance;
+  }
+  return inflation;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,27 @@
+#include "deepuav/system/frame_path.h"
+
+#include <map>
+
+namespace deepuav {
+
+Trajectory PathIn(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
+                  const PoseOfFrame& pose_of_frame) {
+  const Map& in = atlas.At(map);
+  std::map<FrameId, const Keyframe*> keyframes;
+  in.keyframes().ForEach(
+      [&](const Keyframe& keyframe) { keyframes.emplace(keyframe.frame.id, &keyframe); });
+  Trajectory path;
+  for (const FrameRecord& record : records) {
+    if (!record.located() || atlas.Current(record.map) != in.id()) continue;
+    const auto keyframe = keyframes.find(record.id);
+    const bool is_keyframe =
+        keyframe != keyframes.end() && keyframe->second->frame.time == record.time;
+    const SE3 cam_from_world = is_keyframe     ? keyframe->second->cam_from_world
+                               : pose_of_frame ? pose_of_frame(record)
+                                               : in.PoseOf(record.pose);
+    path.push_back({record.time, cam_from_world.Inverse()});
+  }
+  return path;
+}
+
+}  // namespace deepuav
