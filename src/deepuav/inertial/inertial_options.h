@@ -8,7 +8,7 @@ namespace deepuav {
 /// with.
 struct InertialOptions {
   double gravity_m_s2 = 9.80665;          ///< Where the flight is.
-  double stated_noise_factor = 5;         ///< A sensor states its noise at rest; rotors shake it.
+  double stated_noise_factor = 3;         ///< A sensor states its noise at rest; rotors shake it.
   double gyroscope_noise_density = 1e-3;  ///< rad/s/sqrt(Hz), where it is not stated.
   double gyroscope_random_walk = 1e-4;    ///< rad/s^2/sqrt(Hz), the same.
   double accelerometer_noise_density = 1e-2;   ///< m/s^2/sqrt(Hz), the same.

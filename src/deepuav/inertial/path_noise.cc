@@ -1,5 +1,6 @@
 #include "deepuav/inertial/path_noise.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +15,18 @@ constexpr double kWindow_s = 2;
 /// A quiet stretch is no better than this share of the whole path.
 constexpr double kLeastShare = 0.3;
 constexpr double kMinTurnSigma_rad = 0.002 * kDegree;
+/// No path is better than this share of its extent, as one without any error could not be weighed.
+constexpr double kMinPositionShare = 1e-6;
 /// Over the median distance of a pose from between its neighbours.
 constexpr double kJump = 20;
 /// Residuals count up to so many standard deviations, correlations down to this one.
 constexpr double kLongest = 3, kLeastCorrelation = 0.05;
+
+double ExtentOf(const Trajectory& path) {
+  Eigen::AlignedBox3d box;
+  for (const TimedPose& pose : path) box.extend(pose.world_from_cam.translation());
+  return box.diagonal().norm();
+}
 
 double SigmaOf(const std::vector<Vector6d>& residuals, int first, size_t from, size_t to) {
   std::vector<double> squares;
@@ -53,7 +62,8 @@ void EstimatePathNoise(const std::vector<Vector6d>& residuals, InertialProblem* 
   constexpr int kTurn = 0, kShift = 3;
   const size_t count = residuals.size();
   const double turn = std::max(SigmaOf(residuals, kTurn, 0, count), kMinTurnSigma_rad);
-  const double least = kLeastShare * SigmaOf(residuals, kShift, 0, count);
+  const double least = std::max(kLeastShare * SigmaOf(residuals, kShift, 0, count),
+                                kMinPositionShare * ExtentOf(problem->path));
   problem->turn_sigma_rad.assign(count, turn);
   problem->position_sigma.resize(count);
   size_t from = 0, to = 0;
