@@ -43,6 +43,7 @@ LoadedAtlas LoadMaps(const std::string& file, const Dataset& dataset, RunOptions
     throw Error("{}: its camera has {} x {} px: expected {} x {} as the images", file, there.width,
                 there.height, here.width, here.height);
   }
+  loaded.camera.readout_s = here.readout_s;
   if (dataset.CalibrationIsApproximate()) options->system.refine_focal = false;
   CheckSameCamera(file, there, here, "the dataset's", dataset.CalibrationIsApproximate());
   return loaded;

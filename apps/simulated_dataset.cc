@@ -53,7 +53,7 @@ SimulatedDataset::SimulatedDataset(const SimulationOptions& options, const fs::p
     : options_(options),
       folder_(folder),
       mav0_(folder / "mav0"),
-      camera_(MakeCamera(options.camera)),
+      camera_(MakeCamera(options)),
       body_from_cam_(BodyFromCam(options.mount)),
       world_(options.scene),
       path_(MakePath(options, world_)),

@@ -92,7 +92,8 @@ void CameraOptions::Check() const {
   CheckRange("camera.cy", cy, -kLongestFocalPx, kLongestFocalPx);
 }
 
-Camera MakeCamera(const CameraOptions& options) {
+Camera MakeCamera(const SimulationOptions& simulation) {
+  const CameraOptions& options = simulation.camera;
   options.Check();
   Camera camera;
   if (!options.file.empty()) {
@@ -107,6 +108,7 @@ Camera MakeCamera(const CameraOptions& options) {
                          "distortion");
   }
   camera.rate_hz = options.rate_hz;
+  camera.readout_s = simulation.sensor.rolling_shutter_readout_s;
   camera.Check("the flight's camera");
   return camera;
 }
@@ -124,7 +126,7 @@ void SimulationOptions::Check() const {
   gnss.Check();
   barometer.Check();
   output.Check();
-  MakeCamera(camera);
+  MakeCamera(*this);
 }
 
 void SimulationOptions::Register(OptionRegistry* registry) {

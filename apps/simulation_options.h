@@ -63,9 +63,6 @@ struct CameraOptions {
   }
 };
 
-/// Throws Error naming the option or the file.
-Camera MakeCamera(const CameraOptions& options);
-
 /// What is written, and how.
 struct OutputOptions {
   std::string image_format = "jpg";
@@ -122,5 +119,8 @@ struct ListedFlight {
   std::string name, about;
 };
 std::vector<ListedFlight> ListFlights();
+
+/// Throws Error naming the option or the file.
+Camera MakeCamera(const SimulationOptions& simulation);
 
 }  // namespace deepuav

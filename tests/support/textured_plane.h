@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/rolling_shutter.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/image/image.h"
 
@@ -22,11 +22,15 @@ struct TexturedPlane {
     return 128 + 28 * (std::sin(34 * p.x() + 8 * p.y()) + std::sin(-12 * p.x() + 30 * p.y()) +
                        std::sin(17 * p.x() + 21 * p.y() + 1));
   }
-  /// What the camera sees through its lens.
-  GreyImage Render(const Camera& camera, const SE3& cam_from_world) const {
-    const SE3 world_from_cam = cam_from_world.Inverse();
+  /// What the camera sees through its lens, moving about the middle row's pose while it reads.
+  GreyImage Render(const Camera& camera, const SE3& cam_from_world,
+                   const ReadoutMotion& motion = {}) const {
+    const SE3 world_from_middle = cam_from_world.Inverse();
     GreyImage image(camera.height, camera.width);
     for (int v = 0; v < camera.height; ++v) {
+      const double moment = RowMoment(v, camera.height);
+      const SE3 middle_from_row(RotationExp(moment * motion.turn_rad), moment * motion.travel);
+      const SE3 world_from_cam = world_from_middle * middle_from_row;
       for (int u = 0; u < camera.width; ++u) {
         const auto px = camera.Undistort({u, v});
         image(v, u) = 0;

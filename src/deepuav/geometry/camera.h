@@ -37,6 +37,9 @@ struct Camera {
   LensModel lens = LensModel::kPinhole;
   std::vector<double> distortion;
   double rate_hz = 0;  ///< Nominal frame rate; 0 where unknown.
+  /// Of a rolling shutter, from the first row to the last; an image's time is its middle row's. 0:
+  /// all rows at once, or unknown.
+  double readout_s = 0;
 
   /// Throws Error that names the field when a value cannot be (sizes, focal lengths, centre outside
   /// the image, number of distortion coefficients, values that are not finite, a lens that folds

@@ -11,8 +11,11 @@
 namespace deepuav {
 namespace {
 
-const std::array<std::string, 9> kFields = {"model", "width", "height",     "fx",     "fy",
-                                            "cx",    "cy",    "distortion", "rate_hz"};
+constexpr const char* kReadoutField = "readout_ms";
+constexpr double kMaxReadoutMs = 1000;
+
+const std::array<std::string, 10> kFields = {
+    "model", "width", "height", "fx", "fy", "cx", "cy", "distortion", "rate_hz", kReadoutField};
 const std::array<std::string, 4> kModels = {"pinhole", "radial_tangential", "equidistant", "auto"};
 const std::array<std::string, 6> kIntrinsics = {"width", "height", "fx", "fy", "cx", "cy"};
 
@@ -64,6 +67,16 @@ void CheckDistortionCount(LensModel lens, size_t count, const std::string& where
   }
 }
 
+double ReadReadout(const YamlMap& yaml) {
+  if (!yaml.Has(kReadoutField)) return 0;
+  const double readout_ms = yaml.Number(kReadoutField);
+  if (!(readout_ms >= 0 && readout_ms <= kMaxReadoutMs)) {
+    throw Error("{}: {} is {}: expected 0 to {}", yaml.Where(kReadoutField), kReadoutField,
+                readout_ms, kMaxReadoutMs);
+  }
+  return readout_ms / 1000;
+}
+
 CameraFile ReadCameraFile(const std::filesystem::path& file) {
   const YamlMap yaml = YamlMap::Read(file);
   yaml.RequireKnown(kFields);
@@ -80,6 +93,7 @@ CameraFile ReadCameraFile(const std::filesystem::path& file) {
                   result.camera.rate_hz);
     }
   }
+  result.camera.readout_s = ReadReadout(yaml);
   if (!result.has_intrinsics) {
     if (yaml.Has("distortion")) {
       throw Error(

@@ -1,5 +1,7 @@
 #include "deepuav/io/camera_file.h"
 
+#include <gmock/gmock.h>
+
 #include "deepuav/io/testing/io_test_support.h"
 
 namespace deepuav {
@@ -51,6 +53,17 @@ TEST_F(CameraFileTest, ReadsTheOtherModels) {
   const CameraFile start = Read("model: auto\n" + head);
   EXPECT_TRUE(start.refine && start.has_intrinsics);
   EXPECT_EQ(start.camera.pinhole.fx, 45);
+}
+
+TEST_F(CameraFileTest, ReadsTheReadoutOfARollingShutter) {
+  const std::string text = std::string(kTestCameraYaml);
+  EXPECT_EQ(Read(text).camera.readout_s, 0);
+  EXPECT_DOUBLE_EQ(Read(text + "readout_ms: 15.5\n").camera.readout_s, 0.0155);
+  EXPECT_DOUBLE_EQ(Read("model: auto\nreadout_ms: 20\n").camera.readout_s, 0.02);
+  EXPECT_THAT(Message(text + "readout_ms: -1\n"),
+              testing::EndsWith(": readout_ms is -1: expected 0 to 1000"));
+  EXPECT_THAT(Message(text + "readout_ms: 1500\n"),
+              testing::EndsWith(": readout_ms is 1500: expected 0 to 1000"));
 }
 
 // The search for the fold once did not end where an inner coefficient is zero and the last is not.

@@ -77,6 +77,7 @@ EurocSensor ReadEurocSensor(const std::filesystem::path& file) {
     throw Error("{}: rate_hz is {}: expected more than 0", yaml.Where("rate_hz"),
                 sensor.camera.rate_hz);
   }
+  sensor.camera.readout_s = ReadReadout(yaml);
   sensor.camera.Check(file.string());
   return sensor;
 }

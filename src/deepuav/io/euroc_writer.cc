@@ -46,6 +46,12 @@ std::string DistortionYaml(const Camera& camera) {
                      fmt::join(distortion, ", "));
 }
 
+std::string ReadoutYaml(const Camera& camera) {
+  if (camera.readout_s == 0) return {};
+  return fmt::format("readout_ms: {}  # of the rolling shutter, first row to last\n",
+                     camera.readout_s * 1000);
+}
+
 std::string PoseCsv(Timestamp time, const SE3& pose) {
   const Eigen::Vector3d& p = pose.translation();
   const Eigen::Quaterniond& q = pose.rotation();
@@ -64,9 +70,9 @@ void WriteEurocCamera(const fs::path& mav0, const Camera& camera, const SE3& bod
   const Pinhole& pinhole = camera.pinhole;
   const std::string yaml = fmt::format(
       "{}rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]  "
-      "# fu, fv, cu, cv\n{}",
+      "# fu, fv, cu, cv\n{}{}",
       SensorYaml("camera", body_from_cam), camera.rate_hz, camera.width, camera.height, pinhole.fx,
-      pinhole.fy, pinhole.cx, pinhole.cy, DistortionYaml(camera));
+      pinhole.fy, pinhole.cx, pinhole.cy, DistortionYaml(camera), ReadoutYaml(camera));
   std::string csv = "#timestamp [ns],filename\n";
   for (const EurocImageName& image : images)
     csv += fmt::format("{},{}\n", image.time.nanoseconds, image.file);

@@ -18,6 +18,7 @@ constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
 constexpr SectionKind kImage = {'I', 'M', 'A', 'G'};
 constexpr SectionKind kGauges = {'G', 'A', 'U', 'G'};
 constexpr SectionKind kMetricGauges = {'M', 'E', 'T', 'R'};
+constexpr SectionKind kMotions = {'R', 'O', 'W', 'S'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -44,6 +45,7 @@ class AtlasReader {
     if (sections_.NextIs(kGauges)) SetGauges(GetGauges(sections_.Read(kGauges)), &loaded.atlas);
     if (sections_.NextIs(kMetricGauges))
       SetGauges(GetMetricGauges(sections_.Read(kMetricGauges)), &loaded.atlas);
+    if (sections_.NextIs(kMotions)) SetMotions(GetMotions(sections_.Read(kMotions)), &loaded.atlas);
     sections_.ExpectEnd();
     CheckCounter(head_.ids.keyframes, "keyframe");
     CheckCounter(head_.ids.landmarks, "landmark");
@@ -89,6 +91,21 @@ class AtlasReader {
         throw Error("map {} has two gauges: expected one", map.value);
       atlas->ChangeGauge(map, Sim3(), gauge);
     }
+  }
+
+  void SetMotions(const std::map<KeyframeId, ReadoutMotion>& motions, Atlas* atlas) {
+    size_t set = 0;
+    for (const MapId id : atlas->Remaining()) {
+      Map& map = atlas->At(id);
+      for (const auto& [keyframe, motion] : motions) {
+        if (!map.Contains(keyframe)) continue;
+        map.SetMotion(keyframe, motion);
+        ++set;
+      }
+    }
+    if (set != motions.size())
+      throw Error("{} keyframes moved: expected that the maps hold them, found {}", motions.size(),
+                  set);
   }
 
   void CheckIds(const MapState& state) {
@@ -163,6 +180,16 @@ std::map<MapId, int64_t> NumbersInFile(const Atlas& atlas) {
 
 namespace {
 
+std::map<KeyframeId, ReadoutMotion> MotionsIn(const Atlas& atlas) {
+  std::map<KeyframeId, ReadoutMotion> motions;
+  for (const MapId map : atlas.Remaining()) {
+    atlas.At(map).keyframes().ForEach([&](const Keyframe& keyframe) {
+      if (!keyframe.frame.motion.IsNone()) motions.emplace(keyframe.id, keyframe.frame.motion);
+    });
+  }
+  return motions;
+}
+
 std::map<MapId, Gauge> GaugesInFile(const Atlas& atlas, GaugeKind kind) {
   std::map<MapId, Gauge> gauges;
   for (const auto& [map, number] : NumbersInFile(atlas)) {
@@ -204,6 +231,10 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
   if (const auto gauges = GaugesInFile(atlas, GaugeKind::kMetric); !gauges.empty()) {
     PutMetricGauges(gauges, &bytes);
     write(kMetricGauges);
+  }
+  if (const auto motions = MotionsIn(atlas); !motions.empty()) {
+    PutMotions(motions, &bytes);
+    write(kMotions);
   }
   sections.Commit();
 }

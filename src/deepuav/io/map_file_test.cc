@@ -139,6 +139,27 @@ TEST_F(MapFileTest, KeepsThatAMapIsMetric) {
   EXPECT_EQ(gauge.scale_sigma, 0.004);
 }
 
+TEST_F(MapFileTest, KeepsHowCamerasMovedWhileKeyframesWereRead) {
+  Atlas atlas = TestAtlas(20, 30, 64, 1);
+  const ReadoutMotion motion{{0.01, -0.02, 0.003}, {0.1, 0.2, -0.3}};
+  const KeyframeId moved = atlas.At(MapId{0}).root();
+  atlas.At(MapId{0}).SetMotion(moved, motion);
+  WriteAtlas(atlas);
+  const LoadedAtlas loaded = ReadMapFile(file_);
+  int others = 0;
+  loaded.atlas.At(MapId{0}).keyframes().ForEach([&](const Keyframe& keyframe) {
+    const ReadoutMotion& read = keyframe.frame.motion;
+    if (keyframe.id == moved) {
+      EXPECT_EQ(read.turn_rad, motion.turn_rad);
+      EXPECT_EQ(read.travel, motion.travel);
+    } else {
+      EXPECT_TRUE(read.IsNone());
+      ++others;
+    }
+  });
+  EXPECT_GT(others, 0);
+}
+
 TEST_F(MapFileTest, TellsWhereItComesFrom) {
   SmallFile();
   const MapOrigin origin = ReadMapFile(file_).origin, expected = TestMapOrigin();

@@ -15,6 +15,7 @@ constexpr size_t kMeasurementFloats = 5;
 constexpr size_t kMeasurementBytes = kMeasurementFloats * sizeof(float) + 1;
 constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kKeypointReferenceBytes + 2 * 4 + 8;
 constexpr size_t kGaugeBytes = 8 + 4 * 8, kMetricGaugeBytes = 8 + 8;
+constexpr size_t kMotionNumbers = 6, kMotionBytes = 8 + kMotionNumbers * 8;
 constexpr size_t kImageNameBytes = 2 * 8;
 constexpr size_t kKeypointFloats = 6;
 constexpr uint32_t kMostPyramidLevels = 16;
@@ -400,6 +401,36 @@ std::map<MapId, Gauge> GetMetricGauges(std::string_view content) {
   }
   reader.ExpectEnd();
   return gauges;
+}
+
+void PutMotions(const std::map<KeyframeId, ReadoutMotion>& motions, ByteWriter* writer) {
+  writer->Put<uint64_t>(motions.size());
+  for (const auto& [keyframe, motion] : motions) {
+    PutId(keyframe, writer);
+    writer->PutAll(std::span<const double>(motion.turn_rad.data(), 3));
+    writer->PutAll(std::span<const double>(motion.travel.data(), 3));
+  }
+}
+
+std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content) {
+  ByteReader reader(content, "the section of rolling shutters");
+  std::map<KeyframeId, ReadoutMotion> motions;
+  for (size_t left = reader.GetCount(kMotionBytes); left > 0; --left) {
+    const auto keyframe = GetId<KeyframeId>(&reader);
+    ReadoutMotion motion;
+    reader.GetAll(std::span<double>(motion.turn_rad.data(), 3));
+    reader.GetAll(std::span<double>(motion.travel.data(), 3));
+    // Nothing turns by more while an image is read.
+    constexpr double kMostTurnRad = 3.2;
+    if (!(motion.turn_rad.norm() <= kMostTurnRad && motion.travel.allFinite())) {
+      throw Error("keyframe {} turned by {} rad while it was read: expected at most {}",
+                  keyframe.value, motion.turn_rad.norm(), kMostTurnRad);
+    }
+    if (!motions.emplace(keyframe, motion).second)
+      throw Error("keyframe {} moved twice: expected once", keyframe.value);
+  }
+  reader.ExpectEnd();
+  return motions;
 }
 
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer) {

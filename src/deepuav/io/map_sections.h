@@ -48,6 +48,10 @@ std::map<MapId, Gauge> GetGauges(std::string_view content);
 void PutMetricGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
 std::map<MapId, Gauge> GetMetricGauges(std::string_view content);
 
+/// How cameras moved while keyframes were read, of those that did.
+void PutMotions(const std::map<KeyframeId, ReadoutMotion>& motions, ByteWriter* writer);
+std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content);
+
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
 Features GetFeatures(KeyframeId keyframe, std::string_view content);

@@ -6,6 +6,8 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/features/readout_correction.h"
+#include "deepuav/map/frame_motion.h"
 #include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
@@ -79,8 +81,9 @@ FrameLocator::FrameLocator(const Camera& camera, const LocatorOptions& options, 
   options_.Check();
 }
 
-std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const LocalMap& local_map,
+std::optional<LocatedFrame> FrameLocator::Locate(const Frame& given, const LocalMap& local_map,
                                                  const LocationPrior& prior, std::string* reason) {
+  const Frame frame = prior.cam_from_world ? Moving(given, *prior.cam_from_world, prior) : given;
   const KeypointGrid grid(*frame.features);
   LocatedFrame located;
   const auto refine_if_better = [&](const std::optional<CoarsePose>& coarse) {
@@ -98,12 +101,39 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& frame, const Local
     if (reason) *reason = fmt::format("only {} landmarks agree on the pose", located.seen.size());
     return std::nullopt;
   }
-  if (options_.patches.enabled) Sharpen(frame, local_map, &located);
+  located.frame = Moving(frame, located.cam_from_world, prior);
+  if (options_.patches.enabled) Sharpen(local_map, &located);
+  if (located.frame.motion.IsNone()) return located;
+  for (LocatedFrame::Seen& seen : located.seen) {
+    if (!seen.measured)
+      seen.measured = Detected(located.frame, local_map, seen, located.cam_from_world);
+  }
   return located;
 }
 
-void FrameLocator::Sharpen(const Frame& frame, const LocalMap& local_map,
-                           LocatedFrame* located) const {
+Frame FrameLocator::Moving(const Frame& frame, const SE3& cam_from_world,
+                           const LocationPrior& prior) const {
+  if (!prior.neighbour) return frame;
+  return MovingOn(frame, cam_from_world, prior.neighbour->cam_from_world,
+                  SecondsBetween(prior.neighbour->time, frame.time), camera_);
+}
+
+PixelMeasurement FrameLocator::Detected(const Frame& frame, const LocalMap& local_map,
+                                        const LocatedFrame::Seen& seen,
+                                        const std::optional<SE3>& cam_from_world) const {
+  const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
+  if (!cam_from_world || frame.motion.travel.isZero(0)) return {keypoint.px, keypoint.sigma_px};
+  const Eigen::Vector3d& landmark =
+      local_map.landmarks[static_cast<size_t>(seen.landmark)].position_world;
+  const Eigen::Vector2d px =
+      ToMiddleRow(camera_.pinhole, PixelInRow(keypoint, frame.motion, camera_),
+                  RowMoment(keypoint.image_px.y(), camera_.height), frame.motion,
+                  1 / (*cam_from_world * landmark).z());
+  return {px.cast<float>(), keypoint.sigma_px};
+}
+
+void FrameLocator::Sharpen(const LocalMap& local_map, LocatedFrame* located) const {
+  const Frame& frame = located->frame;
   if (!frame.image) return;
   const StageScope stage(stages_, "align patches");
   SeenList measured = located->seen;
@@ -124,11 +154,14 @@ std::optional<PixelMeasurement> FrameLocator::MeasureByPatch(const Frame& frame,
   const LocalKeyframe& reference = local_map.keyframes[static_cast<size_t>(landmark.reference)];
   const SurfacePatch patch{landmark.reference_measured.px.cast<double>(),
                            reference.cam_from_world * landmark.position_world,
-                           reference.cam_from_world.rotation() * landmark.mean_view_direction};
+                           reference.cam_from_world.rotation() * landmark.mean_view_direction,
+                           reference.motion};
   const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
-  auto measured = MeasurePatch(
-      *reference.image, patch, cam_from_world * reference.cam_from_world.Inverse(), *frame.image,
-      {keypoint.image_px.cast<double>(), keypoint.px.cast<double>()}, camera_, options_.patches);
+  const DetectedPixel start{keypoint.image_px.cast<double>(),
+                            PixelInRow(keypoint, frame.motion, camera_), frame.motion};
+  auto measured =
+      MeasurePatch(*reference.image, patch, cam_from_world * reference.cam_from_world.Inverse(),
+                   *frame.image, start, camera_, options_.patches);
   if (measured) measured->noise = measured->noise + landmark.reference_measured.noise;
   return measured;
 }
@@ -187,7 +220,7 @@ std::optional<CoarsePose> FrameLocator::LocateByMatches(const Frame& frame,
                                                         const LocalMap& local_map,
                                                         const SeenList& seen) const {
   const auto robust =
-      EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen),
+      EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen, std::nullopt),
                            static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
   if (!robust) return std::nullopt;
   SeenList agreeing;
@@ -253,13 +286,13 @@ LocatedFrame FrameLocator::Refine(const Frame& frame, const KeypointGrid& grid,
 }
 
 std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const LocalMap& local_map,
-                                                   const SeenList& seen) const {
+                                                   const SeenList& seen,
+                                                   const std::optional<SE3>& cam_from_world) const {
   std::vector<PoseObservation> observations;
   observations.reserve(seen.size());
   for (const LocatedFrame::Seen& s : seen) {
-    const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(s.keypoint)];
     const PixelMeasurement measured =
-        s.measured.value_or(PixelMeasurement{keypoint.px, keypoint.sigma_px});
+        s.measured ? *s.measured : Detected(frame, local_map, s, cam_from_world);
     observations.push_back({local_map.landmarks[static_cast<size_t>(s.landmark)].position_world,
                             measured.px.cast<double>(),
                             measured.NoiseWith(local_map.model_sigma_px)});
@@ -269,8 +302,8 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
 
 CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
                                     const SeenList& seen, const SE3& initial) const {
-  const MotionOnlyResult result =
-      OptimizePose(camera_.pinhole, Observe(frame, local_map, seen), initial, options_.motion_only);
+  const MotionOnlyResult result = OptimizePose(
+      camera_.pinhole, Observe(frame, local_map, seen, initial), initial, options_.motion_only);
   CoarsePose pose{result.cam_from_world, {}};
   for (size_t i = 0; i < seen.size(); ++i) {
     if (result.inlier[i]) pose.seen.push_back(seen[i]);

@@ -70,6 +70,7 @@ struct LocatedFrame {
   SE3 cam_from_world;
   std::vector<Seen> seen;    ///< Inliers, by key point.
   std::vector<int> visible;  ///< Landmarks expected in the view, by index.
+  Frame frame;               ///< As given, corrected for how the camera moved while it was read.
   int reference = 0;  ///< Index into LocalMap::keyframes: shares most landmarks with the frame.
   int reference_shared = 0;  ///< How many.
 };
@@ -80,6 +81,12 @@ struct LocationPrior {
   std::vector<LandmarkId>
       landmarks;         ///< Seen by the neighbouring frame, by id; where a prediction looks first.
   KeyframeId reference;  ///< Matched first where the prediction fails.
+  /// Another frame near in time, from which it follows how a camera moves within its readout.
+  struct TimedView {
+    Timestamp time;
+    SE3 cam_from_world;
+  };
+  std::optional<TimedView> neighbour = {};
 };
 
 /// A pose and the landmarks that agree with it.
@@ -119,17 +126,25 @@ class FrameLocator {
   std::optional<CoarsePose> FollowPrediction(const Frame& frame, const KeypointGrid& grid,
                                              const LocalMap& local_map,
                                              const LocationPrior& prior) const;
-  /// Whether a frame shows so little beside its neighbour that its matches may be chance.
   /// Measures what the frame sees by patches, and the pose with it.
-  void Sharpen(const Frame& frame, const LocalMap& local_map, LocatedFrame* located) const;
+  void Sharpen(const LocalMap& local_map, LocatedFrame* located) const;
   std::optional<PixelMeasurement> MeasureByPatch(const Frame& frame, const LocalMap& local_map,
                                                  const SE3& cam_from_world,
                                                  const LocatedFrame::Seen& seen) const;
+  /// Whether a frame shows so little beside its neighbour that its matches may be chance.
   bool IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const;
   std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
                                            const LocationPrior& prior);
+  /// The frame of a camera that was at `cam_from_world`.
+  Frame Moving(const Frame& frame, const SE3& cam_from_world, const LocationPrior& prior) const;
+  /// Where the middle row would see what the key point shows. `cam_from_world`, where it is known,
+  /// tells how deep that lies.
+  PixelMeasurement Detected(const Frame& frame, const LocalMap& local_map,
+                            const LocatedFrame::Seen& seen,
+                            const std::optional<SE3>& cam_from_world) const;
   std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map,
-                                       const SeenList& seen) const;
+                                       const SeenList& seen,
+                                       const std::optional<SE3>& cam_from_world) const;
   CoarsePose OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
                         const SE3& initial) const;
 

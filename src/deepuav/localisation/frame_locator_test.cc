@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "deepuav/base/error.h"
+#include "deepuav/map/frame_motion.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "support/options_with.h"
 #include "support/synthetic_map.h"
@@ -100,6 +101,61 @@ TEST_F(FrameLocatorTest, FollowsARightPredictionWithoutMatchingTheReference) {
   EXPECT_GE(located->visible.size(), located->seen.size() * 95 / 100);
   EXPECT_EQ(local_map_->keyframes[static_cast<size_t>(located->reference)].id, made_->keyframes[5]);
   EXPECT_GT(located->reference_shared, 100);
+}
+
+/// What a rolling shutter makes of the view, of a camera that goes on as since `before`.
+SyntheticView ReadRowByRow(SyntheticView view, const std::vector<Eigen::Vector3d>& landmarks_world,
+                           const SE3& cam_from_world, const ReadoutMotion& motion,
+                           const Camera& camera) {
+  Features features = *view.features;
+  for (size_t i = 0; i < view.landmark.size(); ++i) {
+    Keypoint& keypoint = features.keypoints[i];
+    if (view.landmark[i] < 0) continue;
+    const Eigen::Vector3d point =
+        cam_from_world * landmarks_world[static_cast<size_t>(view.landmark[i])];
+    keypoint.px = FromMiddleRow(camera.pinhole, keypoint.px.cast<double>(),
+                                RowMoment(keypoint.px.y(), camera.height), motion, 1 / point.z())
+                      .cast<float>();
+    keypoint.image_px = keypoint.px;
+  }
+  view.features = std::make_shared<const Features>(std::move(features));
+  return view;
+}
+
+TEST_F(FrameLocatorTest, KnowsThatRowsAreReadOneAfterTheOther) {
+  Camera camera = world_.camera();
+  camera.readout_s = 0.02;
+  constexpr double kBetweenS = 0.1;
+  const SE3 before = SE3(RotationExp({0.03, -0.08, 0.05}), Eigen::Vector3d(0.2, 0.1, 0.3)) * truth_;
+  const ReadoutMotion motion = MotionInReadout(before, truth_, kBetweenS, camera.readout_s);
+  const SyntheticView view = ReadRowByRow(world_.View(truth_, {0.3, 0.3, 0, 50}, &random_),
+                                          world_.landmarks(), truth_, motion, camera);
+  Frame frame = FrameOf(20, view);
+  frame.time = {static_cast<int64_t>(kBetweenS * 1e9)};
+  LocationPrior prior = PriorAt(Perturbed(truth_, 0.05, 0.005, &random_));
+  const auto error = [&](const Camera& of) {
+    FrameLocator locator(of, {}, &matcher_, nullptr);
+    const auto located = locator.Locate(frame, *local_map_, prior);
+    return located ? (located->cam_from_world * truth_.Inverse()).Angle() : 1;
+  };
+  const double as_if_global = error(world_.camera());
+  prior.neighbour = LocationPrior::TimedView{{0}, before};
+  const double from_path = error(camera);
+  EXPECT_LT(from_path, 0.3 * as_if_global);
+
+  // What a gyroscope says of the turn stays, though the path says otherwise.
+  frame = WithMotion(frame, {motion.turn_rad, Eigen::Vector3d::Zero()}, camera);
+  frame.turn_is_measured = true;
+  prior.neighbour->cam_from_world =
+      SE3(RotationExp({-0.2, 0.1, 0}), Eigen::Vector3d::Zero()) * before;
+  EXPECT_LT(error(camera), 0.3 * as_if_global);
+  FrameLocator locator(camera, {}, &matcher_, nullptr);
+  const auto located = locator.Locate(frame, *local_map_, prior);
+  ASSERT_TRUE(located);
+  EXPECT_EQ(located->frame.motion.turn_rad, motion.turn_rad);
+  EXPECT_FALSE(located->frame.motion.travel.isZero(0));
+  // Others are told where the middle row would have seen things.
+  for (const LocatedFrame::Seen& seen : located->seen) EXPECT_TRUE(seen.measured);
 }
 
 TEST_F(FrameLocatorTest, SeesMoreFromABetterPose) {

@@ -211,6 +211,9 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
                 std::tuple_size_v<TurnedDescriptors>);
   }
   std::vector<View> views = {{0, frame}};
+  // Key points are corrected already for how the camera turned; how it travelled would need the
+  // unit of another map, and rows that are not another image's columns.
+  views[0].frame.motion = {};
   for (size_t i = 0; i < turned.size(); ++i) {
     if (turned[i].size() != frame.features->size()) {
       throw Error("{} turned descriptors: expected one for each of {} key points", turned[i].size(),
@@ -220,7 +223,7 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
     const bool wanted = headings.empty() || std::find(headings.begin(), headings.end(),
                                                       quarter_turns) != headings.end();
     if (!wanted) continue;
-    views.push_back({quarter_turns, frame});
+    views.push_back({quarter_turns, views[0].frame});
     views.back().frame.features =
         TurnedFeatures(*frame.features, turned[i], quarter_turns, camera_);
   }

@@ -5,6 +5,7 @@
 #include "deepuav/base/ids.h"
 #include "deepuav/base/time.h"
 #include "deepuav/features/features.h"
+#include "deepuav/geometry/rolling_shutter.h"
 #include "deepuav/image/pyramid.h"
 
 namespace deepuav {
@@ -16,6 +17,10 @@ struct Frame {
   Timestamp time;
   std::shared_ptr<const Features> features;
   std::shared_ptr<const ImagePyramid> image = {};  ///< Null: not kept, as of older map files.
+  /// While the image was read. The key points' `px` are of the middle row as far as turning goes;
+  /// travel, in units of the map when the frame came into it, moves them by their depth.
+  ReadoutMotion motion = {};
+  bool turn_is_measured = false;  ///< By a gyroscope; else it follows from the path, if at all.
 };
 
 }  // namespace deepuav

@@ -31,6 +31,8 @@ struct Keyframe {
   std::set<KeyframeId> loops;  ///< Keyframes tied to it by a closed loop.
 
   const Features& features() const { return *frame.features; }
+  /// While its image was read, in the map's units as they are now.
+  ReadoutMotion motion() const { return {frame.motion.turn_rad, scale * frame.motion.travel}; }
   int LandmarkCount() const;
 };
 

@@ -125,8 +125,9 @@ void ChooseReference(const Map& map, const Landmark& landmark,
 }
 
 LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const LandmarkOrder& landmarks) {
-  LocalKeyframe copy{keyframe.id, keyframe.cam_from_world, keyframe.scale, keyframe.frame.features,
-                     {},          keyframe.frame.image};
+  LocalKeyframe copy{
+      keyframe.id, keyframe.cam_from_world, keyframe.scale,   keyframe.frame.features,
+      {},          keyframe.frame.image,    keyframe.motion()};
   copy.landmarks.assign(keyframe.landmarks.size(), -1);
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (keyframe.landmarks[i].valid()) copy.landmarks[i] = landmarks.IndexOf(keyframe.landmarks[i]);

@@ -29,6 +29,7 @@ struct LocalKeyframe {
   std::shared_ptr<const Features> features;
   std::vector<int> landmarks;  ///< Per key point an index into LocalMap::landmarks, or -1.
   std::shared_ptr<const ImagePyramid> image = {};  ///< May be null.
+  ReadoutMotion motion = {};
 };
 
 /// The surroundings of one keyframe, by value: what the Mapper publishes and the Tracker works on.

@@ -79,6 +79,10 @@ class Map {
   void SetPose(KeyframeId id, const SE3& cam_from_world) {
     keyframes_.At(id).cam_from_world = cam_from_world;
   }
+  /// For a keyframe whose key points were corrected for it already.
+  void SetMotion(KeyframeId id, const ReadoutMotion& motion) {
+    keyframes_.At(id).frame.motion = motion;
+  }
   void SetPosition(LandmarkId id, const Eigen::Vector3d& position_world) {
     landmarks_.At(id).position_world = position_world;
   }

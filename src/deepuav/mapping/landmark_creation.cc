@@ -77,7 +77,7 @@ std::optional<NewLandmark> Propose(const Keyframe& a, const Keyframe& b, const M
   const auto measured = observer.MeasurePair(b, match.b, *detected, a, match.a);
   if (!measured) return proposed;
   proposed.measured_a = *measured;
-  proposed.measured_b = *observer.ReferenceMeasurement(b, match.b);
+  proposed.measured_b = *observer.ReferenceMeasurement(b, match.b, *detected);
   const auto sharp = triangulate();
   if (!sharp) return std::nullopt;
   proposed.position_world = *sharp;

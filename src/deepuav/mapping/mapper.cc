@@ -4,6 +4,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/map/frame_motion.h"
 #include "deepuav/mapping/correction.h"
 
 namespace deepuav {
@@ -60,8 +61,12 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   Map map(atlas_->NextMap());
   map.SetModelSigma(options_.model_noise.initial_sigma_px);
   const KeyframeId first = atlas_->ids().NextKeyframe(), second = atlas_->ids().NextKeyframe();
-  map.AddKeyframe(first, request.first, SE3());
-  map.AddKeyframe(second, request.second, request.second_from_first);
+  const double between_s = SecondsBetween(request.first.time, request.second.time);
+  map.AddKeyframe(
+      first, MovingOn(request.first, SE3(), request.second_from_first, -between_s, camera_), SE3());
+  map.AddKeyframe(second,
+                  MovingOn(request.second, request.second_from_first, SE3(), between_s, camera_),
+                  request.second_from_first);
   for (const InitialMapRequest::Point& point : request.points) {
     const LandmarkId landmark = atlas_->ids().NextLandmark();
     map.AddLandmark(landmark, point.position_first, second);
@@ -93,7 +98,8 @@ void Mapper::MeasureStart(const InitialMapRequest& request, KeyframeId first, Ke
                               map->At(second), point.keypoint_second);
     if (!measured) continue;
     map->SetMeasurement(first, landmark,
-                        *observer_.ReferenceMeasurement(map->At(first), point.keypoint_first));
+                        *observer_.ReferenceMeasurement(map->At(first), point.keypoint_first,
+                                                        point.position_first));
     map->SetMeasurement(second, landmark, *measured);
   }
 }

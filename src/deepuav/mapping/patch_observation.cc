@@ -1,13 +1,15 @@
 #include "deepuav/mapping/patch_observation.h"
 
+#include "deepuav/features/readout_correction.h"
 #include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
 namespace {
 
-DetectedPixel Detected(const Keyframe& keyframe, int keypoint) {
+DetectedPixel Detected(const Keyframe& keyframe, int keypoint, const Camera& camera) {
   const Keypoint& detected = keyframe.features().keypoints[static_cast<size_t>(keypoint)];
-  return {detected.image_px.cast<double>(), detected.px.cast<double>()};
+  const ReadoutMotion motion = keyframe.motion();
+  return {detected.image_px.cast<double>(), PixelInRow(detected, motion, camera), motion};
 }
 
 }  // namespace
@@ -21,7 +23,7 @@ std::optional<PixelMeasurement> PatchObserver::MeasureBy(const Keyframe& referen
   if (!options_.enabled || !reference.frame.image || !keyframe.frame.image) return std::nullopt;
   const SurfacePatch patch{reference_measured.px.cast<double>(),
                            reference.cam_from_world * position_world,
-                           reference.cam_from_world.rotation() * normal_world};
+                           reference.cam_from_world.rotation() * normal_world, reference.motion()};
   auto measured = MeasurePatch(*reference.frame.image, patch,
                                keyframe.cam_from_world * reference.cam_from_world.Inverse(),
                                *keyframe.frame.image, start, camera_, options_);
@@ -37,14 +39,18 @@ std::optional<PixelMeasurement> PatchObserver::Measure(const Map& map, const Lan
       [id](const Observation& observation) { return observation.keyframe != id; }, reference_);
   if (!reference) return std::nullopt;
   return MeasureBy(map.At(reference->keyframe), reference->measured, landmark.position_world,
-                   landmark.mean_view_direction, keyframe, Detected(keyframe, keypoint));
+                   landmark.mean_view_direction, keyframe, Detected(keyframe, keypoint, camera_));
 }
 
-std::optional<PixelMeasurement> PatchObserver::ReferenceMeasurement(const Keyframe& reference,
-                                                                    int keypoint) const {
+std::optional<PixelMeasurement> PatchObserver::ReferenceMeasurement(
+    const Keyframe& reference, int keypoint, const Eigen::Vector3d& position_world) const {
   if (!options_.enabled || !reference.frame.image) return std::nullopt;
-  const Keypoint& detected = reference.features().keypoints[static_cast<size_t>(keypoint)];
-  return PixelMeasurement{detected.px, options_.min_sigma_px, true};
+  const DetectedPixel detected = Detected(reference, keypoint, camera_);
+  const double depth = (reference.cam_from_world * position_world).z();
+  const Eigen::Vector2d px =
+      ToMiddleRow(camera_.pinhole, detected.px, RowMoment(detected.image_px.y(), camera_.height),
+                  detected.motion, 1 / depth);
+  return PixelMeasurement{px.cast<float>(), options_.min_sigma_px, true};
 }
 
 std::optional<PixelMeasurement> PatchObserver::MeasurePair(const Keyframe& reference,
@@ -54,10 +60,10 @@ std::optional<PixelMeasurement> PatchObserver::MeasurePair(const Keyframe& refer
                                                            int keypoint) const {
   const Eigen::Vector3d towards_reference =
       reference.cam_from_world.InverseTranslation() - position_world;
-  const auto middle = ReferenceMeasurement(reference, reference_keypoint);
+  const auto middle = ReferenceMeasurement(reference, reference_keypoint, position_world);
   if (!middle) return std::nullopt;
   return MeasureBy(reference, *middle, position_world, towards_reference, keyframe,
-                   Detected(keyframe, keypoint));
+                   Detected(keyframe, keypoint, camera_));
 }
 
 void PatchObserver::RemeasureAll(Map* map) const {
@@ -80,13 +86,25 @@ void PatchObserver::Remeasure(const Landmark& landmark, Map* map) const {
       continue;
     }
     if (!LooksAlike(*map, landmark, reference.id, keyframe.id, reference_)) continue;
-    const Eigen::Vector2d px = observation.measured.px.cast<double>();
-    const auto image_px = camera_.Distort(camera_.pinhole.Unproject(px));
-    if (!image_px) continue;
+    const auto start = InRow(observation.measured, landmark, keyframe);
+    if (!start) continue;
     const auto measured = MeasureBy(reference, by_definition, landmark.position_world,
-                                    landmark.mean_view_direction, keyframe, {*image_px, px});
+                                    landmark.mean_view_direction, keyframe, *start);
     if (measured) map->SetMeasurement(keyframe.id, landmark.id, *measured);
   }
+}
+
+std::optional<DetectedPixel> PatchObserver::InRow(const PixelMeasurement& measured,
+                                                  const Landmark& landmark,
+                                                  const Keyframe& keyframe) const {
+  const Eigen::Vector2d px = measured.px.cast<double>();
+  const ReadoutMotion motion = keyframe.motion();
+  const double inverse_depth = 1 / (keyframe.cam_from_world * landmark.position_world).z();
+  const auto image_px = DistortInRow(camera_, px, motion, inverse_depth);
+  if (!image_px) return std::nullopt;
+  const double moment = RowMoment(image_px->y(), camera_.height);
+  return DetectedPixel{*image_px, FromMiddleRow(camera_.pinhole, px, moment, motion, inverse_depth),
+                       motion};
 }
 
 bool PatchObserver::AddObservation(Map* map, KeyframeId keyframe, int keypoint,

@@ -29,8 +29,8 @@ class PatchObserver {
                                               const Keyframe& keyframe, int keypoint) const;
 
   /// What MeasurePair takes `reference_keypoint` for. Nothing where no patch can be taken.
-  std::optional<PixelMeasurement> ReferenceMeasurement(const Keyframe& reference,
-                                                       int keypoint) const;
+  std::optional<PixelMeasurement> ReferenceMeasurement(const Keyframe& reference, int keypoint,
+                                                       const Eigen::Vector3d& position_world) const;
 
   /// Adds the observation where the map allows it, measured where patches tell. Returns whether.
   bool AddObservation(Map* map, KeyframeId keyframe, int keypoint, LandmarkId landmark) const;
@@ -45,6 +45,9 @@ class PatchObserver {
 
  private:
   void Remeasure(const Landmark& landmark, Map* map) const;
+  /// Where the keyframe's image shows what was measured. Nothing outside the lens's range.
+  std::optional<DetectedPixel> InRow(const PixelMeasurement& measured, const Landmark& landmark,
+                                     const Keyframe& keyframe) const;
   std::optional<PixelMeasurement> MeasureBy(const Keyframe& reference,
                                             const PixelMeasurement& reference_measured,
                                             const Eigen::Vector3d& position_world,

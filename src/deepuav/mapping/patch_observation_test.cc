@@ -53,7 +53,9 @@ class PatchObserverTest : public ::testing::Test {
   LandmarkId AddLandmark(int i) {
     const LandmarkId id = ids_.NextLandmark();
     map_.AddLandmark(id, points_[static_cast<size_t>(i)], {0});
-    map_.AddObservation({0}, i, id, observer_.ReferenceMeasurement(map_.At(KeyframeId{0}), i));
+    map_.AddObservation(
+        {0}, i, id,
+        observer_.ReferenceMeasurement(map_.At(KeyframeId{0}), i, points_[static_cast<size_t>(i)]));
     map_.UpdateViewRange(id);
     return id;
   }
@@ -100,7 +102,7 @@ TEST_F(PatchObserverTest, MeasuresFarBetterThanTheDetector) {
 
 TEST_F(PatchObserverTest, LeavesTheKeyPointWhereItCannotMeasure) {
   const PatchObserver off(camera_, PatchOptions{.enabled = false}, ReferenceViewOptions{});
-  EXPECT_FALSE(off.ReferenceMeasurement(map_.At(KeyframeId{0}), 3));
+  EXPECT_FALSE(off.ReferenceMeasurement(map_.At(KeyframeId{0}), 3, points_[3]));
   const LandmarkId id = AddLandmark(3);
   ASSERT_TRUE(off.AddObservation(&map_, {1}, 3, id));
   const Observation& added = map_.At(id).observations.back();
@@ -114,7 +116,8 @@ TEST_F(PatchObserverTest, MergedLandmarksAreMeasuredByOnePatch) {
   ASSERT_TRUE(observer_.AddObservation(&map_, {1}, 7, kept));
   const LandmarkId twin = ids_.NextLandmark();
   map_.AddLandmark(twin, points_[7], {4});
-  map_.AddObservation({3}, 7, twin, observer_.ReferenceMeasurement(map_.At(KeyframeId{3}), 7));
+  map_.AddObservation({3}, 7, twin,
+                      observer_.ReferenceMeasurement(map_.At(KeyframeId{3}), 7, points_[7]));
   ASSERT_TRUE(observer_.AddObservation(&map_, {4}, 7, twin));
   map_.UpdateViewRange(twin);
   observer_.Merge(&map_, twin, kept);

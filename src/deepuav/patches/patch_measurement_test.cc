@@ -60,6 +60,33 @@ INSTANTIATE_TEST_SUITE_P(Views, PatchMeasurementTest,
                                            Case{false, {0, 0, 3.0}, {0, 0, 3.2}},
                                            Case{true, {0.05, -0.1, 0.3}, {0.4, 0.2, -0.3}}));
 
+TEST(PatchMeasurement, KnowsThatRowsAreReadOneAfterTheOther) {
+  const Camera camera = WideCamera();
+  const SE3 b_from_a = Pose({0.05, -0.1, 0.1}, {0.4, 0.2, -0.3});
+  const ReadoutMotion motion_a{{0.02, 0.03, -0.02}, {0.05, -0.1, 0.02}},
+      motion_b{{-0.03, 0.01, 0.03}, {-0.08, 0.06, 0.1}};
+  const TexturedPlane world;
+  const ImagePyramid a(world.Render(camera, SE3(), motion_a), 3),
+      b(world.Render(camera, b_from_a, motion_b), 3);
+  for (const auto& [x, y] : {std::pair(150, 60), {110, 180}, {215, 90}}) {
+    const Eigen::Vector2d px_a(x, y);
+    const Eigen::Vector3d point = world.Hit({0, 0, 0}, camera.pinhole.Unproject(px_a));
+    const Eigen::Vector3d point_b = b_from_a * point;
+    const Eigen::Vector2d truth = camera.pinhole.Project(point_b);
+    const auto measure = [&](const ReadoutMotion& of_a, const ReadoutMotion& of_b) {
+      // As a detector finds it: in its row, a bit beside.
+      const Eigen::Vector2d image_px =
+          *DistortInRow(camera, truth, motion_b, 1 / point_b.z()) + Eigen::Vector2d(0.4, -0.3);
+      const auto measured =
+          MeasurePatch(a, {px_a, point, world.Normal(), of_a}, b_from_a, b,
+                       {image_px, *camera.Undistort(image_px), of_b}, camera, PatchOptions{});
+      return measured ? (measured->px.cast<double>() - truth).norm() : 10;
+    };
+    EXPECT_LT(measure(motion_a, motion_b), 0.12) << px_a.transpose();
+    EXPECT_GT(measure({}, {}), 0.4) << px_a.transpose();
+  }
+}
+
 // The warp against small differences of the whole projection.
 TEST(PatchWarpTest, AgreesWithDifferences) {
   const Camera camera = WideCamera();

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/rolling_shutter.h"
 #include "deepuav/geometry/se3.h"
 
 namespace deepuav {
@@ -11,9 +11,10 @@ namespace deepuav {
 /// A small piece of a surface as a view sees it: the undistorted pixel of its middle, that point,
 /// and the surface's normal, both in the view's camera frame.
 struct SurfacePatch {
-  Eigen::Vector2d px;
+  Eigen::Vector2d px;  ///< As its middle row sees it.
   Eigen::Vector3d point_cam;
   Eigen::Vector3d normal_cam;  ///< Of any length; not at right angles to the ray.
+  ReadoutMotion motion = {};   ///< Of the view.
 };
 
 /// d image pixel / d undistorted pixel of the lens at an undistorted pixel; nothing where the model

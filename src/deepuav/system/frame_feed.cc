@@ -6,6 +6,8 @@
 #include <memory>
 #include <mutex>
 
+#include "deepuav/map/frame_motion.h"
+
 namespace deepuav {
 namespace {
 
@@ -28,8 +30,9 @@ void WaitSeconds(double seconds) {
 
 }  // namespace
 
-SequentialFeed::SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock)
-    : images_(images), extractor_(extractor), clock_(clock) {}
+SequentialFeed::SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock,
+                               const ReadoutTurns* turns)
+    : images_(images), extractor_(extractor), clock_(clock), turns_(turns) {}
 
 std::optional<Frame> SequentialFeed::Next() {
   const std::optional<TimedImage> image = images_->Next();
@@ -41,7 +44,15 @@ std::optional<Frame> SequentialFeed::Next() {
               MakePyramid(image->image)};
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
+  CorrectForTurn(&frame);
   return frame;
+}
+
+void SequentialFeed::CorrectForTurn(Frame* frame) const {
+  const auto turn_rad = turns_ ? turns_->At(frame->time) : std::nullopt;
+  if (!turn_rad) return;
+  *frame = WithMotion(*frame, {*turn_rad, Eigen::Vector3d::Zero()}, turns_->camera());
+  frame->turn_is_measured = true;
 }
 
 PrefetchingFeed::PrefetchingFeed(FrameFeed* feed, int frames_ahead)

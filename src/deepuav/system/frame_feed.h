@@ -9,6 +9,7 @@
 #include "deepuav/base/queue.h"
 #include "deepuav/features/extractor.h"
 #include "deepuav/map/frame.h"
+#include "deepuav/sensors/readout_turn.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/stage_clock.h"
 
@@ -25,14 +26,19 @@ class FrameFeed {
 /// Reads and extracts when asked.
 class SequentialFeed : public FrameFeed {
  public:
-  /// All arguments must outlive it.
-  SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock);
+  /// All arguments must outlive it. `turns`: of the camera during its images' readout; null: not
+  /// known.
+  SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock,
+                 const ReadoutTurns* turns = nullptr);
   std::optional<Frame> Next() override;
 
  private:
+  void CorrectForTurn(Frame* frame) const;
+
   ImageSource* images_;
   Extractor* extractor_;
   StageClock* clock_;
+  const ReadoutTurns* turns_;
 };
 
 /// Reads and extracts ahead on a thread of its own.

@@ -38,6 +38,35 @@ TEST(SequentialFeed, GivesEveryFrameWithItsFeatures) {
   EXPECT_EQ(durations.at("key points"), std::vector<double>(20, 0.001));
 }
 
+TEST(SequentialFeed, CorrectsKeyPointsForWhatTheGyroscopeSays) {
+  Camera camera{640, 481, {400, 400, 320, 240}, LensModel::kPinhole, {}, 0};
+  camera.readout_s = 0.02;
+  ImuStream imu;
+  for (int i = 0; i < 100; ++i)
+    imu.samples.push_back({{50'000'000 + i * 5'000'000}, {0, 0.5, 0}, Eigen::Vector3d::Zero()});
+  const ReadoutTurns turns(imu, camera);
+  std::vector<Features> features(2);
+  for (Features& of : features) {
+    for (float y : {0.f, 240.f, 480.f}) of.keypoints.push_back({{320, y}, {320, y}, 1, 1});
+  }
+  NumberedImages images(2, 0.1);
+  PreparedFeatures extractor(features);
+  StageClock clock;
+  SequentialFeed feed(&images, &extractor, &clock, &turns);
+  const auto uncovered = feed.Next(), covered = feed.Next();
+  ASSERT_TRUE(uncovered && covered);
+  EXPECT_FALSE(uncovered->turn_is_measured) << "it lies before the first sample";
+  EXPECT_EQ(uncovered->features->keypoints[0].px.x(), 320);
+  EXPECT_TRUE(covered->turn_is_measured);
+  EXPECT_NEAR(covered->motion.turn_rad.y(), 0.01, 1e-12);
+  // Turning to the right, the first row sees a thing further right than the middle one will.
+  EXPECT_NEAR(covered->features->keypoints[0].px.x(), 320 - 400 * 0.005, 0.5);
+  EXPECT_LT(covered->features->keypoints[0].px.x(), 319);
+  EXPECT_EQ(covered->features->keypoints[1].px.x(), 320);
+  EXPECT_GT(covered->features->keypoints[2].px.x(), 321);
+  EXPECT_EQ(covered->features->keypoints[2].image_px.x(), 320);
+}
+
 TEST(PrefetchingFeed, GivesTheSameFrames) {
   const auto features = CountingFeatures(50);
   for (int frames_ahead : {1, 3, 100}) {

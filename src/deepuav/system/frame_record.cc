@@ -13,6 +13,8 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.state = result.state;
   record.reason = result.reason;
   record.features = frame.features;
+  record.motion = frame.motion;
+  record.turn_is_measured = frame.turn_is_measured;
   if (!result.pose) return record;
   record.tracked_online = true;
   record.map = result.pose->map;

@@ -28,7 +28,9 @@ struct FrameRecord {
   SE3 cam_from_world;                        ///< Valid once the trajectory was finished.
   int landmark_count = 0;                    ///< That spoke for the pose.
   std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
-  std::shared_ptr<const Features> features;  ///< Kept where the pose is missing or doubtful.
+  std::shared_ptr<const Features> features;  ///< Kept where the pose is missing or doubtful...
+  ReadoutMotion motion;                      ///< ...with what they are corrected for...
+  bool turn_is_measured = false;             ///< ...as Frame's.
 
   bool located() const { return map.valid(); }
 };

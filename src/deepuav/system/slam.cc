@@ -162,7 +162,9 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   const bool live = schedule == Schedule::kLive;
   back_end_.StopWhen(stop);
   {
-    SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_);
+    const ReadoutTurns turns(sensors_.imu, camera_);
+    SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_,
+                              camera_.readout_s > 0 ? &turns : nullptr);
     std::optional<PrefetchingFeed> prefetching;
     std::unique_ptr<MappingLane> mapping;
     if (schedule == Schedule::kSequential) {

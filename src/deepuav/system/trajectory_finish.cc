@@ -122,6 +122,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   LocationPrior prior;
   prior.reference = map.Remaining(neighbour.pose.keyframe);
   prior.cam_from_world = neighbour.cam_from_world;
+  prior.neighbour = LocationPrior::TimedView{neighbour.time, neighbour.cam_from_world};
   if (before && before->time != neighbour.time) {
     const SE3 step = neighbour.cam_from_world * before->cam_from_world.Inverse();
     const double ratio =
@@ -135,7 +136,8 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   prior.landmarks.erase(std::unique(prior.landmarks.begin(), prior.landmarks.end()),
                         prior.landmarks.end());
   const auto local_map = MakeLocalMap(map, prior.reference, local_map_options_);
-  const Frame frame{record->id, record->time, record->features};
+  const Frame frame{record->id, record->time,   record->features,
+                    nullptr,    record->motion, record->turn_is_measured};
   const auto located = locator_->Locate(frame, *local_map, prior, &record->reason);
   if (!located) return false;
 

@@ -23,6 +23,10 @@ class MotionModel {
   /// Update.
   std::optional<SE3> Predict(Timestamp time) const;
 
+  /// Nothing before the first Update.
+  const std::optional<SE3>& last_cam_from_world() const { return last_cam_from_world_; }
+  Timestamp last_time() const { return last_time_; }
+
  private:
   Timestamp last_time_;
   std::optional<SE3> last_cam_from_world_;

@@ -69,7 +69,7 @@ TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
   result.pose = last_ = Describe(*located);
   const auto since_keyframe = static_cast<int>(frame.id.value - last_keyframe_.value);
   if (mapping_idle && NeedsKeyframe(*located, *local_map_, since_keyframe, options_.keyframes)) {
-    result.keyframe = RequestKeyframe(frame, *result.pose);
+    result.keyframe = RequestKeyframe(located->frame, *result.pose);
   }
   return result;
 }
@@ -137,6 +137,8 @@ void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
 LocationPrior Tracker::PriorFor(const Frame& frame) const {
   LocationPrior prior;
   prior.cam_from_world = motion_.Predict(frame.time);
+  if (const auto& last = motion_.last_cam_from_world())
+    prior.neighbour = LocationPrior::TimedView{motion_.last_time(), *last};
   if (!last_) return prior;
   prior.reference = last_->anchored.keyframe;
   for (const LandmarkMatch& match : last_->matches) prior.landmarks.push_back(match.landmark);

@@ -1,0 +1,53 @@
+#include "deepuav/geometry/rolling_shutter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace deepuav {
+namespace {
+
+/// Each brings the row nearer by the share of a row that the image is sheared by.
+constexpr int kRowIterations = 3;
+
+}  // namespace
+
+ReadoutMotion MotionInReadout(const SE3& before_from_world, const SE3& now_from_world,
+                              double between_s, double readout_s) {
+  if (between_s == 0 || readout_s == 0) return {};
+  const SE3 before_from_now = before_from_world * now_from_world.Inverse();
+  const double share = readout_s / between_s;
+  return {share * before_from_now.Log().tail<3>(),
+          -share * (now_from_world * before_from_world.InverseTranslation())};
+}
+
+double RowMoment(double row, int height) {
+  return height > 1 ? std::clamp(row / (height - 1), 0.0, 1.0) - 0.5 : 0;
+}
+
+Eigen::Vector2d ToMiddleRow(const Pinhole& pinhole, const Eigen::Vector2d& px, double moment,
+                            const ReadoutMotion& motion, double inverse_depth) {
+  if (motion.IsNone()) return px;
+  const Eigen::Vector3d ray = RotationExp(moment * motion.turn_rad) * pinhole.Unproject(px);
+  return pinhole.Project(ray + moment * inverse_depth * motion.travel);
+}
+
+Eigen::Vector2d FromMiddleRow(const Pinhole& pinhole, const Eigen::Vector2d& px, double moment,
+                              const ReadoutMotion& motion, double inverse_depth) {
+  if (motion.IsNone()) return px;
+  const Eigen::Vector3d ray = pinhole.Unproject(px) - moment * inverse_depth * motion.travel;
+  return pinhole.Project(RotationExp(-moment * motion.turn_rad) * ray);
+}
+
+std::optional<Eigen::Vector2d> DistortInRow(const Camera& camera, const Eigen::Vector2d& px,
+                                            const ReadoutMotion& motion, double inverse_depth) {
+  std::optional<Eigen::Vector2d> image_px = camera.Distort(camera.pinhole.Unproject(px));
+  if (motion.IsNone()) return image_px;
+  for (int i = 0; i < kRowIterations && image_px; ++i) {
+    const Eigen::Vector2d in_row = FromMiddleRow(
+        camera.pinhole, px, RowMoment(image_px->y(), camera.height), motion, inverse_depth);
+    image_px = camera.Distort(camera.pinhole.Unproject(in_row));
+  }
+  return image_px;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,28 @@
+#include "deepuav/map/frame_motion.h"
+
+#include <memory>
+#include <utility>
+
+#include "deepuav/features/readout_correction.h"
+
+namespace deepuav {
+
+Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera) {
+  if (motion.turn_rad != frame.motion.turn_rad) {
+    frame.features = std::make_shared<const Features>(
+        CorrectedForTurn(*frame.features, frame.motion, motion, camera));
+  }
+  frame.motion = motion;
+  return frame;
+}
+
+Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_from_world,
+               double between_s, const Camera& camera) {
+  if (camera.readout_s == 0) return frame;
+  ReadoutMotion motion =
+      MotionInReadout(other_from_world, cam_from_world, between_s, camera.readout_s);
+  if (frame.turn_is_measured) motion.turn_rad = frame.motion.turn_rad;
+  return WithMotion(frame, motion, camera);
+}
+
+}  // namespace deepuav
