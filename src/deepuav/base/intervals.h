@@ -1,8 +1,9 @@
 #pragma once
 
-#include <algorithm>
+#include <utility>
 #include <vector>
 
+#include "deepuav/base/median.h"
 #include "deepuav/base/time.h"
 
 namespace deepuav {
@@ -18,9 +19,7 @@ double MedianInterval_s(const std::vector<Timed>& series) {
   intervals_s.reserve(series.size() - 1);
   for (size_t i = 1; i < series.size(); ++i)
     intervals_s.push_back(SecondsBetween(series[i - 1].time, series[i].time));
-  const auto middle = intervals_s.begin() + std::ssize(intervals_s) / 2;
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return *middle;
+  return Median(std::move(intervals_s));
 }
 
 }  // namespace deepuav

@@ -7,6 +7,7 @@
 #include <functional>
 #include <set>
 
+#include "deepuav/base/median.h"
 #include "deepuav/evaluation/plot_axes.h"
 #include "deepuav/evaluation/trajectory_plot.h"
 
@@ -158,13 +159,6 @@ std::string Growth(const std::vector<RunReport>& reports) {
   return PanelsOverTime({keyframes, landmarks}, reports);
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Bars of each stage's median, one a run.
 std::string Timings(const std::vector<RunReport>& reports) {
   std::set<std::string> names;
@@ -173,7 +167,7 @@ std::string Timings(const std::vector<RunReport>& reports) {
   for (size_t run = 0; run < reports.size(); ++run) {
     for (const auto& [stage, ms] : reports[run].run.stage_ms) {
       names.insert(stage);
-      medians[run][stage] = Median(ms);
+      medians[run][stage] = ms.empty() ? 0 : Median(ms);
       longest_ms = std::max(longest_ms, medians[run][stage]);
     }
   }

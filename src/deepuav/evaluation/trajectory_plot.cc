@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "deepuav/base/median.h"
 #include "deepuav/evaluation/evaluation_report.h"
 #include "deepuav/evaluation/plot_axes.h"
 
@@ -40,11 +41,9 @@ std::vector<bool> PieceStarts(const std::vector<double>& seconds) {
   for (size_t i = 1; i < seconds.size(); ++i) intervals.push_back(seconds[i] - seconds[i - 1]);
   std::vector<bool> starts(seconds.size(), false);
   if (intervals.empty()) return starts;
-  std::vector<double> sorted = intervals;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = Median(intervals);
   for (size_t i = 0; i < intervals.size(); ++i) {
-    starts[i + 1] = *middle > 0 && intervals[i] > kGapInIntervals * *middle;
+    starts[i + 1] = usual > 0 && intervals[i] > kGapInIntervals * usual;
   }
   return starts;
 }

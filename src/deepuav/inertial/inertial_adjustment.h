@@ -26,7 +26,13 @@ struct InertialProblem {
   void LinkStates();
   size_t size() const { return path.size(); }
   Eigen::Vector3d camera_in_imu_m() const { return cam_from_imu.InverseTranslation(); }
+  Eigen::Quaterniond WorldFromImu(const TimedPose& pose) const {
+    return pose.world_from_cam.rotation() * cam_from_imu.rotation();
+  }
 };
+
+/// A time of the images as the sensor's clock shows it. `clock_offset_s` is added to the sensor's.
+Timestamp OnSensorClock(Timestamp time, double clock_offset_s);
 
 /// How far the path's poses lie from the states', not whitened: turn (rad) and position (map
 /// units).

@@ -72,9 +72,7 @@ void AddRobust(size_t k, const Rows<3>& whitened, const Eigen::Vector3d& residua
 }
 
 Eigen::Vector3d TurnResidual(const InertialProblem& problem, const InertialState& state, size_t k) {
-  const Eigen::Quaterniond measured =
-      problem.path[k].world_from_cam.rotation() * problem.cam_from_imu.rotation();
-  return RotationLog(measured.conjugate() * state.world_from_imu);
+  return RotationLog(problem.WorldFromImu(problem.path[k]).conjugate() * state.world_from_imu);
 }
 
 Eigen::Vector3d PositionResidual(const InertialProblem& problem, const InertialState& state,
@@ -175,16 +173,16 @@ void AddPriors(const InertialProblem& problem, const InertialState& state, Sum* 
   sum->AddCost(residual.squaredNorm());
 }
 
-Timestamp OnSensorClock(Timestamp time, double offset_s) {
-  return {time.nanoseconds - std::llround(1e9 * offset_s)};
-}
-
 }  // namespace
 
 BlockPattern ChainPattern(size_t states) {
   std::vector<std::pair<int, int>> pairs;
   for (int k = 0; k + 1 < static_cast<int>(states); ++k) pairs.emplace_back(k + 1, k);
   return BlockPattern::OfPairs(static_cast<int>(states), std::move(pairs));
+}
+
+Timestamp OnSensorClock(Timestamp time, double clock_offset_s) {
+  return {time.nanoseconds - std::llround(1e9 * clock_offset_s)};
 }
 
 void InertialProblem::LinkStates() {

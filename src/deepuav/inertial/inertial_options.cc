@@ -8,7 +8,7 @@ namespace deepuav {
 
 void InertialOptions::Check() const {
   const auto positive = [](const char* name, double value, double high) {
-    CheckRange(std::string("sensors.imu.") + name, value, 1e-9, high);
+    CheckPositive(std::string("sensors.imu.") + name, value, high);
   };
   positive("gravity_m_s2", gravity_m_s2, 100);
   positive("stated_noise_factor", stated_noise_factor, 1000);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "deepuav/base/median.h"
 #include "deepuav/inertial/imu_factor.h"
 
 namespace deepuav {
@@ -28,10 +29,6 @@ struct PathStep {
   Preintegration motion;
 };
 
-Timestamp Earlier(Timestamp time, double seconds) {
-  return {time.nanoseconds - std::llround(1e9 * seconds)};
-}
-
 std::vector<PathStep> StepsOf(const InertialProblem& problem, double clock_offset_s,
                               const ImuBias& bias) {
   std::vector<PathStep> steps;
@@ -42,27 +39,17 @@ std::vector<PathStep> StepsOf(const InertialProblem& problem, double clock_offse
     if (seconds < kStep_s) continue;
     first = k;
     if (seconds > kStep_s + problem.options.max_path_gap_s) continue;
-    const auto motion = problem.imu->Between(Earlier(from.time, clock_offset_s),
-                                             Earlier(to.time, clock_offset_s), bias);
+    const auto motion = problem.imu->Between(OnSensorClock(from.time, clock_offset_s),
+                                             OnSensorClock(to.time, clock_offset_s), bias);
     if (motion) steps.push_back({&from, &to, *motion});
   }
   return steps;
 }
 
-Eigen::Quaterniond WorldFromImu(const InertialProblem& problem, const TimedPose& pose) {
-  return pose.world_from_cam.rotation() * problem.cam_from_imu.rotation();
-}
-
 Eigen::Vector3d TurnMisfit(const InertialProblem& problem, const PathStep& step) {
   return RotationLog(step.motion.rotation.conjugate() *
-                     WorldFromImu(problem, *step.first).conjugate() *
-                     WorldFromImu(problem, *step.last));
-}
-
-double MedianNorm(std::vector<double> norms) {
-  const auto middle = norms.begin() + std::ssize(norms) / 2;
-  std::nth_element(norms.begin(), middle, norms.end());
-  return *middle;
+                     problem.WorldFromImu(*step.first).conjugate() *
+                     problem.WorldFromImu(*step.last));
 }
 
 struct GyroscopeFit {
@@ -78,7 +65,7 @@ GyroscopeFit FitGyroscope(const InertialProblem& problem, double clock_offset_s)
     if (steps.size() < kMinSteps) return {};
     std::vector<double> norms;
     for (const PathStep& step : steps) norms.push_back(TurnMisfit(problem, step).norm());
-    const double usual = std::max(MedianNorm(norms), kMinTurnSigma_rad);
+    const double usual = std::max(Median(norms), kMinTurnSigma_rad);
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
     double squares = 0, weights = 0;
@@ -121,9 +108,9 @@ struct Triple {
 };
 
 Triple TripleOf(const InertialProblem& problem, const PathStep& before, const PathStep& after) {
-  const Eigen::Matrix3d at_first = WorldFromImu(problem, *before.first).toRotationMatrix();
-  const Eigen::Matrix3d at_middle = WorldFromImu(problem, *before.last).toRotationMatrix();
-  const Eigen::Matrix3d at_last = WorldFromImu(problem, *after.last).toRotationMatrix();
+  const Eigen::Matrix3d at_first = problem.WorldFromImu(*before.first).toRotationMatrix();
+  const Eigen::Matrix3d at_middle = problem.WorldFromImu(*before.last).toRotationMatrix();
+  const Eigen::Matrix3d at_last = problem.WorldFromImu(*after.last).toRotationMatrix();
   const double seconds = before.motion.duration_s, seconds_after = after.motion.duration_s;
   const auto moved = [](const PathStep& step) -> Eigen::Vector3d {
     return (step.last->world_from_cam.translation() - step.first->world_from_cam.translation()) /
@@ -211,12 +198,12 @@ std::vector<InertialState> StatesOf(const InertialProblem& problem, const Inerti
     const TimedPose &before = problem.path[k == 0 ? 0 : k - 1],
                     &after = problem.path[std::min(k + 1, last)];
     InertialState& state = states.emplace_back();
-    state.world_from_imu = WorldFromImu(problem, problem.path[k]);
+    state.world_from_imu = problem.WorldFromImu(problem.path[k]);
     state.camera = problem.path[k].world_from_cam.translation();
     state.velocity_m_s =
         (start.scale * (after.world_from_cam.translation() - before.world_from_cam.translation()) -
-         (WorldFromImu(problem, after).toRotationMatrix() -
-          WorldFromImu(problem, before).toRotationMatrix()) *
+         (problem.WorldFromImu(after).toRotationMatrix() -
+          problem.WorldFromImu(before).toRotationMatrix()) *
              problem.camera_in_imu_m()) /
         SecondsBetween(before.time, after.time);
     state.bias = {start.gyroscope_bias_rad_s, start.accelerometer_bias_m_s2};

@@ -3,6 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "deepuav/base/median.h"
 
 namespace deepuav {
 namespace {
@@ -32,9 +35,7 @@ double SigmaOf(const std::vector<Vector6d>& residuals, int first, size_t from, s
   std::vector<double> squares;
   for (size_t k = from; k < to; ++k)
     squares.push_back(residuals[k].segment<3>(first).squaredNorm());
-  const auto middle = squares.begin() + std::ssize(squares) / 2;
-  std::nth_element(squares.begin(), middle, squares.end());
-  return std::sqrt(*middle / kMedianChiSquare);
+  return std::sqrt(Median(std::move(squares)) / kMedianChiSquare);
 }
 
 }  // namespace
@@ -47,13 +48,11 @@ Trajectory WithoutJumps(const Trajectory& path) {
     distances.push_back(
         (path[k].world_from_cam.translation() - between.world_from_cam.translation()).norm());
   }
-  std::vector<double> sorted = distances;
-  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double usual = Median(distances);
   Trajectory kept;
   for (size_t k = 0; k < path.size(); ++k) {
     const size_t i = std::clamp<size_t>(k, 1, distances.size()) - 1;
-    if (distances[i] <= kJump * *middle) kept.push_back(path[k]);
+    if (distances[i] <= kJump * usual) kept.push_back(path[k]);
   }
   return kept;
 }

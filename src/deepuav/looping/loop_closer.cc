@@ -5,6 +5,7 @@
 #include <set>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
@@ -177,10 +178,7 @@ bool LoopCloser::Agree(const Atlas& atlas, const LoopFinding& earlier,
     if (there.z() <= 0 || here.z() <= 0) return false;
     distances_px.push_back((camera_.pinhole.Project(there) - camera_.pinhole.Project(here)).norm());
   }
-  if (distances_px.empty()) return false;
-  const auto middle = distances_px.begin() + static_cast<std::ptrdiff_t>(distances_px.size() / 2);
-  std::nth_element(distances_px.begin(), middle, distances_px.end());
-  return *middle <= options_.max_disagreement_px;
+  return !distances_px.empty() && Median(distances_px) <= options_.max_disagreement_px;
 }
 
 MapCorrection LoopCloser::MakeCorrection(const Atlas& atlas,

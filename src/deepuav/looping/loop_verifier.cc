@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 
@@ -17,9 +19,7 @@ double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3
   ratios.reserve(pairs.size());
   for (const Sim3Correspondence& pair : pairs)
     ratios.push_back(pair.point_a.z() / (a_from_b * pair.point_b).z());
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return *middle;
+  return Median(std::move(ratios));
 }
 
 }  // namespace

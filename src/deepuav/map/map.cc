@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <limits>
+#include <utility>
+
+#include "deepuav/base/median.h"
 
 namespace deepuav {
 namespace {
@@ -289,10 +292,7 @@ double Map::MedianDepth(KeyframeId id) const {
     if (landmark.valid())
       depths.push_back((keyframe.cam_from_world * landmarks_.At(landmark).position_world).z());
   }
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 0 : Median(std::move(depths));
 }
 
 }  // namespace deepuav

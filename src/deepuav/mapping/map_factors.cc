@@ -4,6 +4,8 @@
 #include <map>
 #include <optional>
 
+#include "deepuav/base/median.h"
+
 namespace deepuav {
 namespace {
 
@@ -12,13 +14,6 @@ int CameraOf(const BundleWindow& window, KeyframeId keyframe) {
   const auto found = std::lower_bound(window.keyframes.begin(), window.keyframes.end(), keyframe);
   if (found == window.keyframes.end() || *found != keyframe) return -1;
   return static_cast<int>(found - window.keyframes.begin());
-}
-
-double Median(std::vector<double>* values) {
-  if (values->empty()) return 1;
-  const auto middle = values->begin() + std::ssize(*values) / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 /// By how much the distances of each camera to its landmarks have grown, in the median.
@@ -34,7 +29,8 @@ std::vector<double> GrowthOfScale(const BundleWindow& window, const Map& map) {
     if (before > 0 && after > 0) growth[camera].push_back(after / before);
   }
   std::vector<double> medians;
-  for (std::vector<double>& of_camera : growth) medians.push_back(Median(&of_camera));
+  for (const std::vector<double>& of_camera : growth)
+    medians.push_back(of_camera.empty() ? 1 : Median(of_camera));
   return medians;
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/random.h"
 #include "deepuav/geometry/alignment.h"
@@ -45,13 +46,6 @@ Eigen::Vector3d Residual(const Estimate& estimate, const PositionOnPath& at,
   const Eigen::Vector3d center =
       local * (camera.translation() + estimate.clock_shift_s * at.velocity_world);
   return center + local.rotation() * (camera.rotation() * antenna_cam_m) - at.position_m;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<double> Distances(const Estimate& estimate, const Positions& positions,
@@ -237,6 +231,7 @@ double Spread(const Estimate& estimate, const Positions& positions,
         Residual(estimate, positions[i], antenna_cam_m).cwiseQuotient(positions[i].sigma_m);
     lengths.push_back(scaled.segment(first_axis, axes).norm());
   }
+  if (lengths.empty()) return std::numeric_limits<double>::infinity();
   return Median(lengths) / (axes == 2 ? kMedianOfChi2 : kMedianOfChi1);
 }
 

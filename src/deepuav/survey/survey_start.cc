@@ -1,8 +1,10 @@
 #include "deepuav/survey/survey_start.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/base/median.h"
 
 namespace deepuav {
 namespace {
@@ -21,10 +23,7 @@ double MedianMotionPx(const MatchedPair& pair, const ViewPixels& px) {
                        px[static_cast<size_t>(pair.b)][static_cast<size_t>(match.b)].px)
                           .norm());
   }
-  if (motions.empty()) return 0;
-  const auto middle = motions.begin() + static_cast<ptrdiff_t>(motions.size() / 2);
-  std::nth_element(motions.begin(), middle, motions.end());
-  return *middle;
+  return motions.empty() ? 0 : Median(std::move(motions));
 }
 
 struct Trial {
