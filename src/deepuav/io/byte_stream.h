@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/ids.h"
 
 namespace deepuav {
 
@@ -85,5 +86,15 @@ class ByteReader {
   std::string name_;
   size_t position_ = 0;
 };
+
+template <typename Tag>
+void PutId(Id<Tag> id, ByteWriter* writer) {
+  writer->Put<int64_t>(id.value);
+}
+
+template <typename IdType>
+IdType GetId(ByteReader* reader) {
+  return {reader->Get<int64_t>()};
+}
 
 }  // namespace deepuav

@@ -33,7 +33,8 @@ TEST(EurocWriter, DatasetOpensWithItsCalibration) {
   for (const LensModel lens :
        {LensModel::kPinhole, LensModel::kRadialTangential, LensModel::kEquidistant}) {
     const TemporaryFolder folder;
-    const Camera camera = SmallCamera(lens);
+    Camera camera = SmallCamera(lens);
+    camera.readout_s = lens == LensModel::kEquidistant ? 0.0125 : 0;
     const std::string name = std::to_string(kTime.nanoseconds) + ".png";
     folder.Write("mav0/cam0/data/" + name, EncodedImage(64, 48, 1, ".png"));
     const std::vector<EurocImageName> images{{kTime, name}};
@@ -46,6 +47,7 @@ TEST(EurocWriter, DatasetOpensWithItsCalibration) {
     EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
     const Camera& read = dataset->camera();
     EXPECT_EQ(read.rate_hz, 12.5);
+    EXPECT_EQ(read.readout_s, camera.readout_s);
     EXPECT_EQ(read.pinhole.fx, camera.pinhole.fx);
     const Eigen::Vector3d point(0.3, -0.2, 1.1);
     EXPECT_LT((*read.Distort(point) - *camera.Distort(point)).norm(), 1e-12);

@@ -7,6 +7,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/map_sections.h"
 #include "deepuav/io/section_file.h"
+#include "deepuav/io/trailing_sections.h"
 
 namespace deepuav {
 namespace {

@@ -117,49 +117,6 @@ TEST_F(MapFileTest, KeepsScalesAndLoops) {
   ExpectSameAtlas(atlas, ReadMapFile(file_).atlas);
 }
 
-TEST_F(MapFileTest, KeepsThePlaceOnEarth) {
-  Atlas atlas = TestAtlas(20, 30, 64, 1);
-  WriteAtlas(atlas);
-  EXPECT_EQ(ReadMapFile(file_).atlas.GaugeOf(MapId{0}).kind, GaugeKind::kFree);
-  atlas.ChangeGauge(MapId{0}, Sim3(), {GaugeKind::kGeoreferenced, {47.5, 8.25, 431}, 0.01});
-  WriteAtlas(atlas);
-  const Gauge gauge = ReadMapFile(file_).atlas.GaugeOf(MapId{0});
-  EXPECT_EQ(gauge.kind, GaugeKind::kGeoreferenced);
-  EXPECT_EQ(gauge.origin.latitude_deg, 47.5);
-  EXPECT_EQ(gauge.origin.altitude_m, 431);
-  EXPECT_EQ(gauge.scale_sigma, 0.01);
-}
-
-TEST_F(MapFileTest, KeepsThatAMapIsMetric) {
-  Atlas atlas = TestAtlas(20, 30, 64, 1);
-  atlas.ChangeGauge(MapId{0}, Sim3(), {GaugeKind::kMetric, {}, 0.004});
-  WriteAtlas(atlas);
-  const Gauge gauge = ReadMapFile(file_).atlas.GaugeOf(MapId{0});
-  EXPECT_EQ(gauge.kind, GaugeKind::kMetric);
-  EXPECT_EQ(gauge.scale_sigma, 0.004);
-}
-
-TEST_F(MapFileTest, KeepsHowCamerasMovedWhileKeyframesWereRead) {
-  Atlas atlas = TestAtlas(20, 30, 64, 1);
-  const ReadoutMotion motion{{0.01, -0.02, 0.003}, {0.1, 0.2, -0.3}};
-  const KeyframeId moved = atlas.At(MapId{0}).root();
-  atlas.At(MapId{0}).SetMotion(moved, motion);
-  WriteAtlas(atlas);
-  const LoadedAtlas loaded = ReadMapFile(file_);
-  int others = 0;
-  loaded.atlas.At(MapId{0}).keyframes().ForEach([&](const Keyframe& keyframe) {
-    const ReadoutMotion& read = keyframe.frame.motion;
-    if (keyframe.id == moved) {
-      EXPECT_EQ(read.turn_rad, motion.turn_rad);
-      EXPECT_EQ(read.travel, motion.travel);
-    } else {
-      EXPECT_TRUE(read.IsNone());
-      ++others;
-    }
-  });
-  EXPECT_GT(others, 0);
-}
-
 TEST_F(MapFileTest, TellsWhereItComesFrom) {
   SmallFile();
   const MapOrigin origin = ReadMapFile(file_).origin, expected = TestMapOrigin();

@@ -41,17 +41,6 @@ MapState GetMap(std::string_view content, uint32_t version,
 /// Every observation that names a key point of a keyframe is where that is.
 void MeasureAtKeypoints(MapState* state);
 
-/// Where maps are on Earth, by their numbers in the file; of those that are georeferenced.
-void PutGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
-std::map<MapId, Gauge> GetGauges(std::string_view content);
-/// The same of those that are metric and level, but nowhere on Earth.
-void PutMetricGauges(const std::map<MapId, Gauge>& gauges, ByteWriter* writer);
-std::map<MapId, Gauge> GetMetricGauges(std::string_view content);
-
-/// How cameras moved while keyframes were read, of those that did.
-void PutMotions(const std::map<KeyframeId, ReadoutMotion>& motions, ByteWriter* writer);
-std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content);
-
 void PutFeatures(KeyframeId keyframe, const Features& features, ByteWriter* writer);
 /// `keyframe` is whose features these must be.
 Features GetFeatures(KeyframeId keyframe, std::string_view content);
