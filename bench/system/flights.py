@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """Renders the suite of flights, runs the program over them, and prints and stores what came out.
 
-  bench/system/flights.py [--only NAME ...] [--first-seed N] [--seeds N] [--rate HZ] [--frames N] [--set name=value ...]
+  bench/system/flights.py [--only NAME ...] [--first-seed N] [--seeds N] [--rate HZ] [--frames N] [--use LIST]
+                          [--set name=value ...]
 
 Each flight of flights/ is rendered once a seed into a cache (.cache/flights), where it stays for the next time. For each
 flight: length, absolute trajectory error (Sim3) over the frames located in the largest map, shares of frames located in
 it and in any map, maps, loops closed and frames recognised after they were lost, frames with at least 300 key points,
 speed; then how far observations lie from the epipolar lines of the truth (build/bench/system/observation_error), as
 detected and as measured by patches, and ORB-SLAM3's error on the same flight (seed 1 where the seed has none of its own)
-with the share of it that is left. Several seeds: median (least to largest). The table goes to stdout as Markdown,
+with the share of it that is left; where the map is metric or georeferenced, by how much its scale and its level miss
+those of the alignment with the truth. Several seeds: median (least to largest). The table goes to stdout as Markdown,
 everything to OUT/flights.json.
 
 ORB-SLAM3's figures are stored in orb_slam3_flights.csv: 1,000 features, a vocabulary of its own, median, least and
@@ -21,6 +23,7 @@ import argparse
 import csv
 import hashlib
 import json
+import math
 import re
 import statistics
 import subprocess
@@ -91,6 +94,7 @@ def run_once(name, seed, arguments):
     dataset, render_s = render(name, seed, arguments)
     out = arguments.out / f"{name}-{seed}"
     command = [DEEPUAV, "run", dataset, "--out", out, "--log-level", "info"]
+    command += ["--use", arguments.use]
     for assignment in arguments.set:
         command += ["--set", assignment]
     (out / "summary.json").unlink(missing_ok=True)  # that of an earlier run
@@ -140,6 +144,20 @@ def orb_slam3_cells(name, runs, rate_hz):
     return f"{spread([t for t in theirs if t], '.3f')} | {spread(shares, '.2f')}"
 
 
+def metric_cells(runs):
+    """What an alignment with the truth, whose z is up as the map's, would still change."""
+    scales, tilts = [], []
+    for run in runs:
+        kinds = [m["gauge"]["kind"] for m in run["summary"]["maps"] if m["id"] == run["summary"]["main_map"]]
+        if "evaluation" not in run or kinds in ([], ["free"]):
+            continue
+        alignment = run["evaluation"]["alignment"]
+        scales.append(100 * abs(1 / alignment["scale"] - 1))
+        _, x, y, _ = alignment["rotation_wxyz"]
+        tilts.append(math.degrees(math.acos(1 - 2 * (x * x + y * y))))
+    return f"{spread(scales, '.2f')} | {spread(tilts, '.2f')}"
+
+
 def table_row(name, runs, rate_hz):
     evaluations = [r["evaluation"] for r in runs if "evaluation" in r]
     errors = [e["ate_m"]["rmse"] for e in evaluations]
@@ -156,7 +174,7 @@ def table_row(name, runs, rate_hz):
             f"{spread(errors, '.3f')}{failed} | {spread(shares, '.1f')} | {spread(located, '.1f')} | "
             f"{spread(maps, '.0f')} | {', '.join(events)} | {spread(rich, '.0f')} | {spread(rates, '.1f')} | "
             f"{epipolar_cell(runs, 'detected')} | {epipolar_cell(runs, 'measured')} | "
-            f"{orb_slam3_cells(name, runs, rate_hz)} |")
+            f"{orb_slam3_cells(name, runs, rate_hz)} | {metric_cells(runs)} |")
 
 
 def main():
@@ -166,6 +184,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=3, help="how many seeds")
     parser.add_argument("--rate", type=float, help="pictures a second, instead of each flight's own")
     parser.add_argument("--frames", type=int, default=-1, help="render and run at most this many; -1: all")
+    parser.add_argument("--use", default="auto", help="sensors, as of the run")
     parser.add_argument("--set", nargs="*", default=[], help="options of the run, name=value")
     parser.add_argument("--cache", type=Path, default=ROOT / ".cache/flights")
     parser.add_argument("--out", type=Path, default=ROOT / "out/flights")
@@ -182,8 +201,8 @@ def main():
     print(f"Machine: {results['machine']}\n")
     print("| flight | frames | path, m | ATE (Sim3), m | in the main map, % | in any map, % | maps | "
           f"loops, recognised | frames with {MANY_KEY_POINTS} key points, % | frames/s | "
-          "epipolar error, detected: median / p90, px | measured | ORB-SLAM3's ATE, m | share of it |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|")
+          "epipolar error, detected: median / p90, px | measured | ORB-SLAM3's ATE, m | share of it | scale off, % | level off, deg |")
+    print("|" + 16 * "---|")
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
     for name in arguments.only:
         if arguments.render_only:
