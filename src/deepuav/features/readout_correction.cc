@@ -8,6 +8,12 @@ Eigen::Vector2d PixelInRow(const Keypoint& keypoint, const ReadoutMotion& motion
                        RowMoment(keypoint.image_px.y(), camera.height), motion);
 }
 
+Eigen::Vector2d PixelInMiddleRow(const Keypoint& keypoint, const ReadoutMotion& motion,
+                                 const Camera& camera, double inverse_depth) {
+  return ToMiddleRow(camera.pinhole, PixelInRow(keypoint, motion, camera),
+                     RowMoment(keypoint.image_px.y(), camera.height), motion, inverse_depth);
+}
+
 Features CorrectedForTurn(const Features& features, const ReadoutMotion& known,
                           const ReadoutMotion& motion, const Camera& camera) {
   Features corrected = features;

@@ -1,4 +1,4 @@
-#include "deepuav/sensors/readout_turn.h"
+#include "deepuav/inertial/readout_turn.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 namespace deepuav {
 namespace {
 
-constexpr double kReadoutS = 0.02;
+constexpr double kReadoutS = 0.02, kMaxGapS = 0.05;
 constexpr int64_t kStepNs = 5'000'000;
 
 Camera RollingCamera() {
@@ -32,7 +32,7 @@ ImuStream Stream(int samples) {
 
 TEST(ReadoutTurns, AddsUpWhatTheGyroscopeSaysInTheCamerasAxes) {
   const ImuStream imu = Stream(200);
-  const ReadoutTurns turns(imu, RollingCamera());
+  const ReadoutTurns turns(imu, kMaxGapS, RollingCamera());
   for (const int64_t time_ns : {20'000'000, 503'400'000, 700'000'001}) {
     Eigen::Vector3d expected = Eigen::Vector3d::Zero();
     constexpr int kParts = 1000;
@@ -49,7 +49,7 @@ TEST(ReadoutTurns, AddsUpWhatTheGyroscopeSaysInTheCamerasAxes) {
 TEST(ReadoutTurns, SaysNothingOfWhatItsSamplesDoNotCover) {
   ImuStream imu = Stream(200);
   imu.samples.erase(imu.samples.begin() + 80, imu.samples.begin() + 120);
-  const ReadoutTurns turns(imu, RollingCamera());
+  const ReadoutTurns turns(imu, kMaxGapS, RollingCamera());
   EXPECT_FALSE(turns.At({-5'000'000}));
   EXPECT_TRUE(turns.At({5'000'000})) << "at the first sample's rate";
   EXPECT_FALSE(turns.At({500'000'000})) << "in the gap";
@@ -57,19 +57,19 @@ TEST(ReadoutTurns, SaysNothingOfWhatItsSamplesDoNotCover) {
   EXPECT_FALSE(turns.At({1'000'000'000}));
   EXPECT_FALSE(turns.At({-1'000'000'000}));
   EXPECT_TRUE(turns.At({200'000'000}));
-  EXPECT_FALSE(ReadoutTurns({}, RollingCamera()).At({0}));
+  EXPECT_FALSE(ReadoutTurns({}, kMaxGapS, RollingCamera()).At({0}));
 }
 
 TEST(ReadoutTurns, LeavesOutSamplesThatCannotBe) {
   ImuStream imu = Stream(200);
-  const auto turn = ReadoutTurns(imu, RollingCamera()).At({500'000'000});
+  const auto turn = ReadoutTurns(imu, kMaxGapS, RollingCamera()).At({500'000'000});
   const ImuSample repeated = imu.samples[98];
   imu.samples.insert(imu.samples.begin() + 101,
                      {repeated.time, {9, 9, 9}, Eigen::Vector3d::Zero()});
   ImuSample broken = imu.samples[110];
   broken.angular_velocity.x() = std::numeric_limits<double>::quiet_NaN();
   imu.samples.push_back(broken);
-  EXPECT_EQ(ReadoutTurns(imu, RollingCamera()).At({500'000'000}), turn);
+  EXPECT_EQ(ReadoutTurns(imu, kMaxGapS, RollingCamera()).At({500'000'000}), turn);
 }
 
 }  // namespace

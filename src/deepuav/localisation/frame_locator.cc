@@ -114,7 +114,7 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& given, const Local
 Frame FrameLocator::Moving(const Frame& frame, const SE3& cam_from_world,
                            const LocationPrior& prior) const {
   if (!prior.neighbour) return frame;
-  return MovingOn(frame, cam_from_world, prior.neighbour->cam_from_world,
+  return MovingOn(frame, cam_from_world, prior.neighbour->world_from_cam.Inverse(),
                   SecondsBetween(prior.neighbour->time, frame.time), camera_);
 }
 
@@ -126,9 +126,7 @@ PixelMeasurement FrameLocator::Detected(const Frame& frame, const LocalMap& loca
   const Eigen::Vector3d& landmark =
       local_map.landmarks[static_cast<size_t>(seen.landmark)].position_world;
   const Eigen::Vector2d px =
-      ToMiddleRow(camera_.pinhole, PixelInRow(keypoint, frame.motion, camera_),
-                  RowMoment(keypoint.image_px.y(), camera_.height), frame.motion,
-                  1 / (*cam_from_world * landmark).z());
+      PixelInMiddleRow(keypoint, frame.motion, camera_, 1 / (*cam_from_world * landmark).z());
   return {px.cast<float>(), keypoint.sigma_px};
 }
 

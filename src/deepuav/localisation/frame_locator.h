@@ -8,6 +8,7 @@
 #include "deepuav/estimation/absolute_pose.h"
 #include "deepuav/estimation/motion_only.h"
 #include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/timed_pose.h"
 #include "deepuav/map/local_map.h"
 #include "deepuav/map/visibility.h"
 #include "deepuav/matching/matcher.h"
@@ -82,11 +83,7 @@ struct LocationPrior {
       landmarks;         ///< Seen by the neighbouring frame, by id; where a prediction looks first.
   KeyframeId reference;  ///< Matched first where the prediction fails.
   /// Another frame near in time, from which it follows how a camera moves within its readout.
-  struct TimedView {
-    Timestamp time;
-    SE3 cam_from_world;
-  };
-  std::optional<TimedView> neighbour = {};
+  std::optional<TimedPose> neighbour = {};
 };
 
 /// A pose and the landmarks that agree with it.

@@ -139,15 +139,15 @@ TEST_F(FrameLocatorTest, KnowsThatRowsAreReadOneAfterTheOther) {
     return located ? (located->cam_from_world * truth_.Inverse()).Angle() : 1;
   };
   const double as_if_global = error(world_.camera());
-  prior.neighbour = LocationPrior::TimedView{{0}, before};
+  prior.neighbour = TimedPose{{0}, before.Inverse()};
   const double from_path = error(camera);
   EXPECT_LT(from_path, 0.3 * as_if_global);
 
   // What a gyroscope says of the turn stays, though the path says otherwise.
   frame = WithMotion(frame, {motion.turn_rad, Eigen::Vector3d::Zero()}, camera);
   frame.turn_is_measured = true;
-  prior.neighbour->cam_from_world =
-      SE3(RotationExp({-0.2, 0.1, 0}), Eigen::Vector3d::Zero()) * before;
+  prior.neighbour->world_from_cam =
+      (SE3(RotationExp({-0.2, 0.1, 0}), Eigen::Vector3d::Zero()) * before).Inverse();
   EXPECT_LT(error(camera), 0.3 * as_if_global);
   FrameLocator locator(camera, {}, &matcher_, nullptr);
   const auto located = locator.Locate(frame, *local_map_, prior);

@@ -45,11 +45,9 @@ std::optional<PixelMeasurement> PatchObserver::Measure(const Map& map, const Lan
 std::optional<PixelMeasurement> PatchObserver::ReferenceMeasurement(
     const Keyframe& reference, int keypoint, const Eigen::Vector3d& position_world) const {
   if (!options_.enabled || !reference.frame.image) return std::nullopt;
-  const DetectedPixel detected = Detected(reference, keypoint, camera_);
+  const Keypoint& detected = reference.features().keypoints[static_cast<size_t>(keypoint)];
   const double depth = (reference.cam_from_world * position_world).z();
-  const Eigen::Vector2d px =
-      ToMiddleRow(camera_.pinhole, detected.px, RowMoment(detected.image_px.y(), camera_.height),
-                  detected.motion, 1 / depth);
+  const Eigen::Vector2d px = PixelInMiddleRow(detected, reference.motion(), camera_, 1 / depth);
   return PixelMeasurement{px.cast<float>(), options_.min_sigma_px, true};
 }
 

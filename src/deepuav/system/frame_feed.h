@@ -8,8 +8,8 @@
 
 #include "deepuav/base/queue.h"
 #include "deepuav/features/extractor.h"
+#include "deepuav/inertial/readout_turn.h"
 #include "deepuav/map/frame.h"
-#include "deepuav/sensors/readout_turn.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/stage_clock.h"
 

@@ -44,7 +44,7 @@ TEST(SequentialFeed, CorrectsKeyPointsForWhatTheGyroscopeSays) {
   ImuStream imu;
   for (int i = 0; i < 100; ++i)
     imu.samples.push_back({{50'000'000 + i * 5'000'000}, {0, 0.5, 0}, Eigen::Vector3d::Zero()});
-  const ReadoutTurns turns(imu, camera);
+  const ReadoutTurns turns(imu, 0.05, camera);
   std::vector<Features> features(2);
   for (Features& of : features) {
     for (float y : {0.f, 240.f, 480.f}) of.keypoints.push_back({{320, y}, {320, y}, 1, 1});

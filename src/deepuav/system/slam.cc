@@ -162,9 +162,11 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   const bool live = schedule == Schedule::kLive;
   back_end_.StopWhen(stop);
   {
-    const ReadoutTurns turns(sensors_.imu, camera_);
+    std::optional<ReadoutTurns> turns;
+    if (camera_.readout_s > 0)
+      turns.emplace(sensors_.imu, options_.sensors.imu.max_imu_gap_s, camera_);
     SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_,
-                              camera_.readout_s > 0 ? &turns : nullptr);
+                              turns ? &*turns : nullptr);
     std::optional<PrefetchingFeed> prefetching;
     std::unique_ptr<MappingLane> mapping;
     if (schedule == Schedule::kSequential) {

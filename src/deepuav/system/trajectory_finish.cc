@@ -122,7 +122,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   LocationPrior prior;
   prior.reference = map.Remaining(neighbour.pose.keyframe);
   prior.cam_from_world = neighbour.cam_from_world;
-  prior.neighbour = LocationPrior::TimedView{neighbour.time, neighbour.cam_from_world};
+  prior.neighbour = TimedPose{neighbour.time, neighbour.cam_from_world.Inverse()};
   if (before && before->time != neighbour.time) {
     const SE3 step = neighbour.cam_from_world * before->cam_from_world.Inverse();
     const double ratio =

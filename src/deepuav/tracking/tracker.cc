@@ -138,7 +138,7 @@ LocationPrior Tracker::PriorFor(const Frame& frame) const {
   LocationPrior prior;
   prior.cam_from_world = motion_.Predict(frame.time);
   if (const auto& last = motion_.last_cam_from_world())
-    prior.neighbour = LocationPrior::TimedView{motion_.last_time(), *last};
+    prior.neighbour = TimedPose{motion_.last_time(), last->Inverse()};
   if (!last_) return prior;
   prior.reference = last_->anchored.keyframe;
   for (const LandmarkMatch& match : last_->matches) prior.landmarks.push_back(match.landmark);
