@@ -8,6 +8,7 @@
 #include "deepuav/base/options.h"
 #include "deepuav/features/readout_correction.h"
 #include "deepuav/map/frame_motion.h"
+#include "deepuav/map/landmark_noise.h"
 #include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
@@ -291,9 +292,13 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
   for (const LocatedFrame::Seen& s : seen) {
     const PixelMeasurement measured =
         s.measured ? *s.measured : Detected(frame, local_map, s, cam_from_world);
-    observations.push_back({local_map.landmarks[static_cast<size_t>(s.landmark)].position_world,
-                            measured.px.cast<double>(),
-                            measured.NoiseWith(local_map.model_sigma_px)});
+    const LocalLandmark& landmark = local_map.landmarks[static_cast<size_t>(s.landmark)];
+    PixelNoise noise = measured.NoiseWith(local_map.model_sigma_px);
+    if (cam_from_world && (*cam_from_world * landmark.position_world).z() > 0) {
+      noise = noise +
+              ExpectedPixelNoise(landmark.position_noise, landmark.position_world, *cam_from_world);
+    }
+    observations.push_back({landmark.position_world, measured.px.cast<double>(), noise});
   }
   return observations;
 }

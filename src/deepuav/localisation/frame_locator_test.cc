@@ -158,6 +158,36 @@ TEST_F(FrameLocatorTest, KnowsThatRowsAreReadOneAfterTheOther) {
   for (const LocatedFrame::Seen& seen : located->seen) EXPECT_TRUE(seen.measured);
 }
 
+TEST_F(FrameLocatorTest, LandmarksOfUncertainDistanceAreSeenAndHoldNoPose) {
+  // Half the landmarks lie anywhere along the rays of the keyframe from which alone they were seen.
+  auto moved = std::make_shared<LocalMap>(*local_map_);
+  const SE3& seer = moved->keyframes.front().cam_from_world;
+  const Eigen::Vector3d centre = seer.InverseTranslation();
+  for (size_t i = 0; i < moved->landmarks.size(); i += 2) {
+    LocalLandmark& landmark = moved->landmarks[i];
+    const Eigen::Vector3d ray = landmark.position_world - centre;
+    landmark.position_world = centre + std::exp(random_.Gaussian(0.1)) * ray;
+    const double sigma_of_unit_focal = 0.1 * world_.world().pinhole.fx;
+    landmark.position_noise = sigma_of_unit_focal * sigma_of_unit_focal * ray * ray.transpose();
+  }
+  auto trusted = std::make_shared<LocalMap>(*moved);
+  for (LocalLandmark& landmark : trusted->landmarks) landmark.position_noise.setZero();
+  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
+  const LocationPrior prior = PriorAt(At({2.7, 0.0, 0.05}));
+  const auto located = locator_.Locate(FrameOf(20, view), *moved, prior);
+  const auto misled = locator_.Locate(FrameOf(20, view), *trusted, prior);
+  ASSERT_TRUE(located);
+  const auto error = [&](const LocatedFrame& frame) {
+    return (frame.cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm();
+  };
+  EXPECT_LT(error(*located), 0.03);
+  const auto uncertain = [](const LocatedFrame& frame) {
+    return std::count_if(frame.seen.begin(), frame.seen.end(),
+                         [](const auto& seen) { return seen.landmark % 2 == 0; });
+  };
+  EXPECT_GT(uncertain(*located), misled ? 1.5 * static_cast<double>(uncertain(*misled)) : 50);
+}
+
 TEST_F(FrameLocatorTest, SeesMoreFromABetterPose) {
   const SyntheticView view = world_.View(truth_, {0.8, 0.3, 0, 50}, &random_);
   LocationPrior prior = PriorAt(Perturbed(truth_, 0.05, 0.005, &random_));

@@ -7,6 +7,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/map/landmark_noise.h"
 
 namespace deepuav {
 namespace {
@@ -164,6 +165,7 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
   for (LandmarkId id : landmarks.ids()) {
     const Landmark& landmark = map.At(id);
     local->landmarks.push_back(CopyLandmark(landmark));
+    local->landmarks.back().position_noise = PositionNoise(map, landmark);
     ChooseReference(map, landmark, keyframes, centre_world, options.reference,
                     &local->landmarks.back());
     const Observation described = choice.Of(landmark);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "deepuav/map/landmark_noise.h"
 #include "deepuav/tracking/motion_model.h"
 
 namespace deepuav {
@@ -57,9 +58,13 @@ SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
   std::set<LandmarkId> used;  // two landmarks seen may have become one since
   for (const FrameRecord::Seen& seen : record.seen) {
     const auto landmark = map.Current(seen.landmark);
-    if (landmark && used.insert(*landmark).second)
-      observations.push_back({map.At(*landmark).position_world, seen.measured.px.cast<double>(),
-                              seen.measured.NoiseWith(map.model_sigma_px())});
+    if (!landmark || !used.insert(*landmark).second) continue;
+    const Landmark& seen_landmark = map.At(*landmark);
+    PixelNoise noise = seen.measured.NoiseWith(map.model_sigma_px());
+    if ((initial * seen_landmark.position_world).z() > 0)
+      noise = noise + ExpectedPixelNoise(PositionNoise(map, seen_landmark),
+                                         seen_landmark.position_world, initial);
+    observations.push_back({seen_landmark.position_world, seen.measured.px.cast<double>(), noise});
   }
   const MotionOnlyResult refined =
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);

@@ -1,0 +1,45 @@
+#include "deepuav/map/landmark_noise.h"
+
+#include <Eigen/LU>
+
+namespace deepuav {
+namespace {
+
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+/// Of the least and the most certain direction, so that rays without parallax can be inverted.
+constexpr double kLeastInformationRatio = 1e-9;
+
+/// d (x/z, y/z) / d point_world.
+Matrix23d Jacobian(const Eigen::Vector3d& point_cam, const Eigen::Matrix3d& cam_rotation_world) {
+  const double inv_z = 1 / point_cam.z();
+  Matrix23d of_cam;
+  of_cam << inv_z, 0, -point_cam.x() * inv_z * inv_z, 0, inv_z, -point_cam.y() * inv_z * inv_z;
+  return of_cam * cam_rotation_world;
+}
+
+}  // namespace
+
+Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark) {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const Observation& observation : landmark.observations) {
+    const SE3& cam_from_world = map.At(observation.keyframe).cam_from_world;
+    const Eigen::Vector3d point_cam = cam_from_world * landmark.position_world;
+    if (!(point_cam.z() > 0)) continue;
+    const Whitening whitening(observation.measured.NoiseWith(map.model_sigma_px()));
+    const Matrix23d whitened = whitening * Jacobian(point_cam, cam_from_world.RotationMatrix());
+    information += whitened.transpose() * whitened;
+  }
+  const double least = kLeastInformationRatio * information.trace();
+  if (!(least > 0)) return Eigen::Matrix3d::Zero();
+  return (information + least * Eigen::Matrix3d::Identity()).inverse();
+}
+
+PixelNoise ExpectedPixelNoise(const Eigen::Matrix3d& position_noise,
+                              const Eigen::Vector3d& landmark_world, const SE3& cam_from_world) {
+  const Matrix23d jacobian =
+      Jacobian(cam_from_world * landmark_world, cam_from_world.RotationMatrix());
+  return PixelNoise(Eigen::Matrix2d(jacobian * position_noise * jacobian.transpose()));
+}
+
+}  // namespace deepuav
