@@ -5,10 +5,12 @@
 #include <limits>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/reprojection.h"
+#include "deepuav/estimation/two_view_certainty.h"
 #include "deepuav/estimation/two_view_models.h"
 #include "deepuav/geometry/triangulation.h"
 
@@ -18,7 +20,10 @@ namespace {
 constexpr double kRadiansPerDegree = M_PI / 180;
 /// Relative to the median, the parallax of points that the first refinement leaves out.
 constexpr double kHighParallaxRatio = 2;
-constexpr size_t kMaxSolutions = 2;
+constexpr size_t kMaxSolutions = 4;
+/// Of the bound on a pixel's error, the parallax of points that are put far away: little enough to
+/// fit, and enough for an adjustment to move them further without a step to behind the cameras.
+constexpr double kFarParallax = 0.5;
 /// Poses nearer than this in rotation and direction of travel are one: the two that explain a plane
 /// differ by more.
 constexpr double kSamePoseRad = 5 * kRadiansPerDegree;
@@ -36,6 +41,11 @@ double SquaredError(const Pinhole& pinhole, const Eigen::Vector3d& point_cam,
   return (pinhole.Project(point_cam) - px).squaredNorm();
 }
 
+/// A parallax that is no more may be a pixel's noise.
+double NoiseRad(const TwoViewProblem& problem) {
+  return problem.options.max_error_px / std::sqrt(problem.pinhole.fx * problem.pinhole.fy);
+}
+
 /// Fills valid, valid_count, support and median_parallax_deg from the pose and the points.
 void Validate(const TwoViewProblem& problem, TwoViewSolution* solution) {
   const Eigen::Vector3d center_b = solution->b_from_a.InverseTranslation();
@@ -43,6 +53,7 @@ void Validate(const TwoViewProblem& problem, TwoViewSolution* solution) {
   std::vector<double> parallaxes;
   solution->valid.assign(problem.pairs.size(), 0);
   solution->support = 0;
+  solution->valid_count = 0;
   for (size_t i = 0; i < problem.pairs.size(); ++i) {
     const Eigen::Vector3d& point = solution->points_a[i];
     const PixelPair& pair = problem.pairs[i];
@@ -51,17 +62,25 @@ void Validate(const TwoViewProblem& problem, TwoViewSolution* solution) {
     if (!(in_a <= max_squared && in_b <= max_squared)) continue;
     solution->valid[i] = 1;
     solution->support += 1 - (in_a + in_b) / (2 * max_squared);
+    ++solution->valid_count;
     parallaxes.push_back(ParallaxAngle(Eigen::Vector3d::Zero(), center_b, point));
   }
-  solution->valid_count = static_cast<int>(parallaxes.size());
-  if (parallaxes.empty()) return;
-  const auto median = parallaxes.begin() + parallaxes.size() / 2;
-  std::nth_element(parallaxes.begin(), median, parallaxes.end());
-  solution->median_parallax_deg = *median / kRadiansPerDegree;
+  solution->median_parallax_deg = parallaxes.empty() ? 0 : Median(parallaxes) / kRadiansPerDegree;
 }
 
-/// Triangulates the pairs that have no valid point. Where there is none, the point is not in front
-/// of camera a.
+/// The point that two rays show. Of what is too far away for any parallax, noise decides whether
+/// the rays meet in front of the cameras or behind: it is put far away in front.
+Eigen::Vector3d PointOf(const TwoViewProblem& problem, const SE3& b_from_a, const PixelPair& pair) {
+  const Eigen::Vector3d ray_a = problem.pinhole.Unproject(pair.a_px);
+  const Eigen::Vector3d ray_b = problem.pinhole.Unproject(pair.b_px);
+  const auto point = TriangulatePoint(SE3(), ray_a, b_from_a, ray_b);
+  if (point && InFrontOfCamera(*point) && InFrontOfCamera(b_from_a * *point)) return *point;
+  const double far_away = problem.pinhole.fx / (kFarParallax * problem.options.max_error_px);
+  return far_away *
+         (ray_a.normalized() + b_from_a.rotation().conjugate() * ray_b.normalized()).normalized();
+}
+
+/// Triangulates the pairs that have no valid point.
 void Triangulate(const TwoViewProblem& problem, TwoViewSolution* solution) {
   solution->points_a.resize(problem.pairs.size());
   solution->valid.resize(problem.pairs.size(), 0);
@@ -70,9 +89,7 @@ void Triangulate(const TwoViewProblem& problem, TwoViewSolution* solution) {
     const PixelPair& pair = problem.pairs[i];
     solution->points_a[i].setZero();
     if (!Finite(pair)) continue;
-    const auto point = TriangulatePoint(SE3(), problem.pinhole.Unproject(pair.a_px),
-                                        solution->b_from_a, problem.pinhole.Unproject(pair.b_px));
-    if (point) solution->points_a[i] = *point;
+    solution->points_a[i] = PointOf(problem, solution->b_from_a, pair);
   }
   Validate(problem, solution);
 }
@@ -81,8 +98,6 @@ void Triangulate(const TwoViewProblem& problem, TwoViewSolution* solution) {
 /// pixel decides on which side they are do not vote.
 bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
                  const TwoViewSolution& solution) {
-  const double noise_rad =
-      problem.options.max_error_px / std::sqrt(problem.pinhole.fx * problem.pinhole.fy);
   const Eigen::Matrix3d b_rotation_a = solution.b_from_a.RotationMatrix();
   int voters = 0, in_front = 0;
   for (size_t i = 0; i < problem.pairs.size(); ++i) {
@@ -90,7 +105,7 @@ bool MostInFront(const TwoViewProblem& problem, const TwoViewModel& model,
     const Eigen::Vector3d ray_a =
         (b_rotation_a * problem.pinhole.Unproject(problem.pairs[i].a_px)).normalized();
     const Eigen::Vector3d ray_b = problem.pinhole.Unproject(problem.pairs[i].b_px).normalized();
-    if (ray_a.cross(ray_b).norm() <= noise_rad) continue;
+    if (ray_a.cross(ray_b).norm() <= NoiseRad(problem)) continue;
     ++voters;
     const Eigen::Vector3d& point = solution.points_a[i];
     in_front += InFrontOfCamera(point) && InFrontOfCamera(solution.b_from_a * point);
@@ -115,8 +130,20 @@ bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) 
   return solution.valid_count >= problem.options.min_inliers;
 }
 
+/// Fills certain and certain_count.
+void JudgeDistances(const TwoViewProblem& problem, TwoViewSolution* solution) {
+  const double sigma_px =
+      EpipolarSigmaPx(problem.pinhole, problem.pairs, *solution, problem.options.min_sigma_px);
+  solution->certain.clear();
+  for (double sigma : RelativeDistanceSigmas(problem.pinhole, *solution, sigma_px))
+    solution->certain.push_back(sigma <= problem.options.max_distance_sigma);
+  solution->certain_count =
+      static_cast<int>(std::count(solution->certain.begin(), solution->certain.end(), 1));
+}
+
 bool HasParallax(const TwoViewProblem& problem, const TwoViewSolution& solution) {
-  return solution.median_parallax_deg >= problem.options.min_parallax_deg;
+  return solution.median_parallax_deg >= problem.options.min_parallax_deg &&
+         solution.certain_count >= problem.options.min_certain;
 }
 
 double ParallaxDeg(const TwoViewSolution& solution, size_t pair) {
@@ -164,19 +191,33 @@ void AddSolutions(const TwoViewProblem& problem, const TwoViewModel& model,
     TwoViewSolution solution;
     solution.b_from_a = b_from_a;
     Triangulate(problem, &solution);
-    if (MostInFront(problem, model, solution) && HasSupport(problem, solution))
-      solutions->push_back(solution);
+    if (!MostInFront(problem, model, solution) || !HasSupport(problem, solution)) continue;
+    JudgeDistances(problem, &solution);
+    solutions->push_back(solution);
   }
+}
+
+/// Median over the valid points that show more than noise does: what is far away says nothing of
+/// how near the rest is.
+double VisibleParallaxDeg(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  std::vector<double> visible;
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    if (!solution.valid[i]) continue;
+    const double parallax_deg = ParallaxDeg(solution, i);
+    if (parallax_deg > NoiseRad(problem) / kRadiansPerDegree) visible.push_back(parallax_deg);
+  }
+  return visible.empty() ? 0 : Median(visible);
 }
 
 /// First without the nearest points: a wrong match that meets its epipolar line by chance mostly
 /// triangulates close to the cameras, where it has the leverage to hold the pose in a false
 /// minimum. From the better pose it no longer fits.
 void Refine(const TwoViewProblem& problem, TwoViewSolution* solution) {
-  Adjust(problem, kHighParallaxRatio * solution->median_parallax_deg, solution);
+  Adjust(problem, kHighParallaxRatio * VisibleParallaxDeg(problem, *solution), solution);
   Triangulate(problem, solution);
   Adjust(problem, std::numeric_limits<double>::infinity(), solution);
   Triangulate(problem, solution);
+  JudgeDistances(problem, solution);
 }
 
 /// Homography and essential matrix may lead to the same pose.
@@ -220,6 +261,9 @@ void TwoViewOptions::Check() const {
   CheckRange("max_iterations", max_iterations, 1, 20'000);
   CheckRange("min_inliers", min_inliers, 8, 100'000);
   CheckRange("min_parallax_deg", min_parallax_deg, 0, 90);
+  CheckPositive("max_distance_sigma", max_distance_sigma, 100);
+  CheckRange("min_certain", min_certain, 0, 100'000);
+  CheckPositive("min_sigma_px", min_sigma_px, 100);
   CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
               "above 0.5 and at most 1");
   CheckOption(min_homography_share >= 0 && min_homography_share < 1, "min_homography_share",

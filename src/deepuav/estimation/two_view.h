@@ -20,6 +20,11 @@ struct TwoViewOptions {
   int max_iterations = 2000;
   int min_inliers = 50;
   double min_parallax_deg = 1.0;  ///< Median over the points.
+  double max_distance_sigma =
+      0.1;              ///< Standard deviation of a certain point's distance over the distance.
+  int min_certain = 0;  ///< Such points, fewer than which are no solution.
+  double min_sigma_px =
+      0.3;  ///< Of the pixels, where the residuals, from which it follows, are smaller.
   double min_front_ratio =
       0.9;  ///< Of the inliers, in front of both cameras, for a solution to be kept.
   double min_homography_share =
@@ -36,6 +41,11 @@ struct TwoViewOptions {
     visit("min_inliers", min_inliers, "", "fewest points of a two-view solution");
     visit("min_parallax_deg", min_parallax_deg, "deg",
           "least median parallax of a two-view solution");
+    visit("max_distance_sigma", max_distance_sigma, "",
+          "standard deviation of a certain point's distance over the distance, at most");
+    visit("min_certain", min_certain, "", "certain points of a two-view solution, at least");
+    visit("min_sigma_px", min_sigma_px, "px",
+          "standard deviation of pixels, where the residuals are smaller");
     visit("min_front_ratio", min_front_ratio, "",
           "share of the inliers that must lie in front of both cameras");
     visit("min_homography_share", min_homography_share, "",
@@ -51,6 +61,8 @@ struct TwoViewSolution {
   std::vector<Eigen::Vector3d> points_a;  ///< One per pair; meaningful where `valid`.
   std::vector<uint8_t> valid;  ///< Inlier, in front of both, reprojected within the bound.
   int valid_count = 0;
+  std::vector<uint8_t> certain;  ///< Valid, and its distance is known: see TwoViewOptions.
+  int certain_count = 0;
   double support = 0;  ///< Of the valid points, each by how far within the bound it reprojects.
   double median_parallax_deg = 0;
 };

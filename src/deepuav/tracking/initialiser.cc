@@ -157,68 +157,103 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third, Recogn
   return std::nullopt;
 }
 
+std::vector<Initialiser::SeenThrice> Initialiser::FollowInto(const Frame& third,
+                                                             const FirstView& first) const {
+  const SecondView& second = *first.second;
+  std::vector<int> match_of_keypoint(second.frame.features->keypoints.size(), -1);
+  for (size_t i = 0; i < second.matches.size(); ++i)
+    match_of_keypoint[static_cast<size_t>(second.matches[i].b)] = static_cast<int>(i);
+  const auto pixel = [](const Frame& frame, int keypoint) -> Eigen::Vector2d {
+    return frame.features->keypoints[static_cast<size_t>(keypoint)].px.cast<double>();
+  };
+  std::vector<SeenThrice> seen;
+  for (const Match& on : matcher_->MatchFeatures(*second.frame.features, *third.features)) {
+    const int match = match_of_keypoint[static_cast<size_t>(on.a)];
+    if (match < 0) continue;
+    const int in_first = second.matches[static_cast<size_t>(match)].a;
+    seen.push_back({static_cast<size_t>(match),
+                    {pixel(first.frame, in_first), pixel(second.frame, on.a), pixel(third, on.b)}});
+  }
+  return seen;
+}
+
 std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, const Frame& third) {
   SecondView& second = *first->second;
-  const std::vector<Match> second_to_third =
-      matcher_->MatchFeatures(*second.frame.features, *third.features);
-  const TwoViewSolution* best = nullptr;
-  Confirmation of_best;
-  int second_count = 0;
-  bool seen = false, refuted = true;
+  const std::vector<SeenThrice> seen = FollowInto(third, *first);
+  std::vector<Confirmation> found;
+  bool is_seen = false, refuted = true;
   for (const TwoViewSolution& solution : second.result.solutions) {
-    const Confirmation found = ConfirmBy(solution, second, third, second_to_third);
-    const bool agrees = found.confirmed >= options_.min_confirmed_ratio * found.matched;
-    seen |= found.confirmed > 0;
-    if (agrees || !found.far_enough || found.matched < options_.min_confirmed) refuted = false;
-    if (!agrees || found.confirmed < options_.min_confirmed) continue;
-    if (found.confirmed > of_best.confirmed) {
-      second_count = of_best.confirmed;
-      of_best = found;
-      best = &solution;
-    } else {
-      second_count = std::max(second_count, found.confirmed);
-    }
+    found.push_back(ConfirmBy(solution, seen, third));
+    const Confirmation& of_this = found.back();
+    is_seen |= of_this.confirmed > 0;
+    if (Confirms(of_this) || of_this.matched < options_.min_confirmed) refuted = false;
   }
-  second.unseen_frames = seen ? 0 : second.unseen_frames + 1;
-  const bool confirmed = best != nullptr && of_best.far_enough &&
-                         of_best.confirmed >= options_.min_lead * second_count;
-  if (!confirmed) {
-    if (refuted && ++second.refutations == options_.max_refutations) first->second.reset();
-    return std::nullopt;
+  second.unseen_frames = is_seen ? 0 : second.unseen_frames + 1;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const Confirmation& best = found[i];
+    if (!Confirms(best) || best.confirmed < options_.min_confirmed || !best.far_enough) continue;
+    if (!IsAlone(i, found)) continue;
+    const TwoViewSolution& solution = second.result.solutions[i];
+    Log().debug(
+        "frames {} and {}: {} points of {} matches, {} of known distance, {:.1f} degrees of "
+        "parallax; {} of {} confirmed by frame {}",
+        first->frame.id.value, second.frame.id.value, solution.valid_count, second.matches.size(),
+        solution.certain_count, solution.median_parallax_deg, best.confirmed, best.matched,
+        third.id.value);
+    return MakeRequest(*first, solution);
   }
-  Log().debug(
-      "frames {} and {}: {} points of {} matches, {:.1f} degrees of parallax; {} of {} confirmed "
-      "by frame {}, {} of the second best",
-      first->frame.id.value, second.frame.id.value, best->valid_count, second.matches.size(),
-      best->median_parallax_deg, of_best.confirmed, of_best.matched, third.id.value, second_count);
-  return MakeRequest(*first, *best);
+  if (refuted && ++second.refutations == options_.max_refutations) first->second.reset();
+  return std::nullopt;
+}
+
+bool Initialiser::Confirms(const Confirmation& found) const {
+  return found.confirmed >= options_.min_confirmed_ratio * found.matched;
+}
+
+/// By the points that any solution explains; the rest are wrong matches. A solution that the third
+/// view is not far enough from may still be the true one.
+bool Initialiser::IsAlone(size_t best, const std::vector<Confirmation>& found) const {
+  std::vector<double> sums(found.size(), 0);
+  for (size_t point = 0; point < found[best].errors.size(); ++point) {
+    const bool explained = std::any_of(found.begin(), found.end(), [point](const auto& solution) {
+      return solution.errors[point] < 1;
+    });
+    for (size_t i = 0; i < found.size() && explained; ++i) sums[i] += found[i].errors[point];
+  }
+  for (size_t i = 0; i < found.size(); ++i) {
+    if (i != best && sums[i] < options_.min_lead * sums[best]) return false;
+  }
+  return true;
 }
 
 Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution,
-                                                 const SecondView& second, const Frame& third,
-                                                 const std::vector<Match>& second_to_third) const {
-  std::vector<int> pair_of_keypoint(second.frame.features->keypoints.size(), -1);
-  for (size_t i = 0; i < second.matches.size(); ++i) {
-    if (solution.valid[i])
-      pair_of_keypoint[static_cast<size_t>(second.matches[i].b)] = static_cast<int>(i);
-  }
+                                                 const std::vector<SeenThrice>& seen,
+                                                 const Frame& third) const {
+  Confirmation confirmation;
+  confirmation.errors.assign(seen.size(), 1);
   std::vector<PoseObservation> observations;
-  for (const Match& match : second_to_third) {
-    const int pair = pair_of_keypoint[static_cast<size_t>(match.a)];
-    if (pair < 0) continue;
-    const Keypoint& keypoint = third.features->keypoints[static_cast<size_t>(match.b)];
-    observations.push_back({solution.points_a[static_cast<size_t>(pair)],
-                            keypoint.px.cast<double>(), keypoint.sigma_px});
+  ThreeViews views{solution.b_from_a, SE3(), {}};
+  std::vector<PixelTriple> triples;
+  for (const SeenThrice& point : seen) {
+    triples.push_back(point.px);
+    views.points_a.push_back(solution.points_a[point.match]);
+    if (solution.certain[point.match])
+      observations.push_back({views.points_a.back(), point.px.c_px});
   }
-  Confirmation confirmation{.matched = static_cast<int>(observations.size())};
+  confirmation.matched = static_cast<int>(observations.size());
   const auto robust = EstimateAbsolutePose(
       pinhole_, observations, static_cast<uint64_t>(third.id.value), options_.absolute_pose);
   if (!robust) return confirmation;
-  const MotionOnlyResult refined =
-      OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{});
-  const SE3 third_from_second = refined.cam_from_world * solution.b_from_a.Inverse();
-  confirmation.far_enough = third_from_second.translation().norm() >= options_.third_parallax_ratio;
-  confirmation.confirmed = refined.inlier_count;
+  views.c_from_a = OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{})
+                       .cam_from_world;
+  const double max_error_px = options_.two_view.max_error_px;
+  AdjustThreeViews(pinhole_, triples, max_error_px, &views);
+  const SE3 third_from_second = views.c_from_a * views.b_from_a.Inverse();
+  confirmation.far_enough = third_from_second.translation().norm() >=
+                            options_.third_parallax_ratio * views.b_from_a.translation().norm();
+  confirmation.errors = TruncatedErrors(pinhole_, triples, views, max_error_px);
+  for (size_t i = 0; i < seen.size(); ++i)
+    confirmation.confirmed += solution.certain[seen[i].match] && confirmation.errors[i] < 1;
   return confirmation;
 }
 
@@ -227,7 +262,7 @@ InitialMapRequest Initialiser::MakeRequest(const FirstView& first,
   const SecondView& second = *first.second;
   InitialMapRequest request{first.frame, second.frame, solution.b_from_a, {}};
   for (size_t i = 0; i < second.matches.size(); ++i) {
-    if (!solution.valid[i]) continue;
+    if (!solution.certain[i]) continue;
     request.points.push_back({solution.points_a[i], second.matches[i].a, second.matches[i].b});
   }
   return request;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "deepuav/estimation/absolute_pose.h"
+#include "deepuav/estimation/three_view.h"
 #include "deepuav/estimation/two_view.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/matching/matcher.h"
@@ -24,14 +25,15 @@ struct InitialiserOptions {
   double min_confirmed_ratio =
       0.7;  ///< Of the points matched in the third view, those that reproject well.
   int min_confirmed = 40;
-  /// Views from far enough away that match as many points and confirm a smaller share of them. One
-  /// may be blurred; the pair is given up with this many.
+  /// Views that match as many points and confirm a smaller share of them. One may be blurred; the
+  /// pair is given up with this many.
   int max_refutations = 2;
-  double min_lead = 1.15;  ///< Confirmed points of the best solution over those of the second best.
+  double min_lead = 1.15;  ///< Mean squared error of the second best solution over the best's.
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
-  /// Less parallax than this gives maps whose scale drifts: see docs/decisions.md.
-  TwoViewOptions two_view{.min_parallax_deg = 3};
+  /// A drone that looks ahead sees most things too far away for any parallax: points whose distance
+  /// is known decide, not the median.
+  TwoViewOptions two_view{.min_parallax_deg = 0, .min_certain = 60};
   AbsolutePoseOptions absolute_pose;
 
   void Check() const;
@@ -53,7 +55,7 @@ struct InitialiserOptions {
     visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least");
     visit("max_refutations", max_refutations, "", "views that refute a pair before it is given up");
     visit("min_lead", min_lead, "",
-          "confirmed points of the best solution over those of the second best");
+          "mean squared error of the second best solution in three views over that of the best");
     visit("third_parallax_ratio", third_parallax_ratio, "",
           "least baseline of the third view over that of the first two");
   }
@@ -90,8 +92,16 @@ class Initialiser {
 
   /// What a third view says of a solution.
   struct Confirmation {
-    int matched = 0, confirmed = 0;  ///< Points.
+    int matched = 0, confirmed = 0;  ///< Points whose distance the first two views tell.
     bool far_enough = false;         ///< The third view from the second, to tell solutions apart.
+    std::vector<double> errors =
+        {};  ///< Of all matched points, 1 where the solution does not hold.
+  };
+
+  /// A point of a pair in the third view.
+  struct SeenThrice {
+    size_t match = 0;  ///< Of the pair.
+    PixelTriple px;
   };
 
   /// What the views that are held say of a frame.
@@ -103,8 +113,13 @@ class Initialiser {
   void ForgetOldViews(FrameId now);
   std::optional<InitialMapRequest> Confirm(const Frame& third, Recognised* recognised);
   std::optional<InitialMapRequest> ConfirmPair(FirstView* first, const Frame& third);
-  Confirmation ConfirmBy(const TwoViewSolution& solution, const SecondView& second,
-                         const Frame& third, const std::vector<Match>& second_to_third) const;
+  /// The matches of a pair that go on into the third view.
+  std::vector<SeenThrice> FollowInto(const Frame& third, const FirstView& first) const;
+  Confirmation ConfirmBy(const TwoViewSolution& solution, const std::vector<SeenThrice>& seen,
+                         const Frame& third) const;
+  bool Confirms(const Confirmation& found) const;
+  /// Whether no other solution explains the three views about as well as this one does.
+  bool IsAlone(size_t best, const std::vector<Confirmation>& found) const;
   void Propose(const Frame& second, Recognised* recognised, std::string* waiting_for);
   void ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
   void LimitPairs();

@@ -1,0 +1,76 @@
+#include "deepuav/estimation/three_view.h"
+
+#include <gtest/gtest.h>
+
+#include "support/estimation_problems.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kMaxErrorPx = 1.5;
+
+/// Three views of a box, their pixels with noise, and the truth.
+struct ThreeViewTest : testing::Test {
+  ThreeViewTest() {
+    Random random(1);
+    truth.b_from_a = SE3(RotationExp({0.01, 0.02, 0}), {-0.5, 0, -0.2});
+    truth.c_from_a = SE3(RotationExp({0.02, 0.05, 0.01}), {-1, 0.1, -0.3});
+    for (const auto& point : LandmarksInBox(200, {-4, -3, 6}, {4, 3, 15}, &random)) {
+      const auto pixel = [&](const SE3& cam_from_a) -> Eigen::Vector2d {
+        return pinhole.Project(cam_from_a * point) +
+               Eigen::Vector2d(random.Gaussian(0.3), random.Gaussian(0.3));
+      };
+      triples.push_back({pixel(SE3()), pixel(truth.b_from_a), pixel(truth.c_from_a)});
+      truth.points_a.push_back(point);
+    }
+  }
+
+  double DirectionError(const ThreeViews& views) const {
+    return (views.c_from_a.translation().normalized() - truth.c_from_a.translation().normalized())
+        .norm();
+  }
+
+  const Pinhole pinhole{450, 450, 376, 240};
+  ThreeViews truth;
+  std::vector<PixelTriple> triples;
+};
+
+TEST_F(ThreeViewTest, AdjustmentFindsThePosesFromNearThem) {
+  ThreeViews views = truth;
+  views.b_from_a =
+      SE3::Exp((Vector6d() << 0.03, 0.02, -0.01, 0.002, -0.002, 0.001).finished()) * views.b_from_a;
+  views.c_from_a =
+      SE3::Exp((Vector6d() << -0.03, 0.03, 0.02, -0.002, 0.002, 0.001).finished()) * views.c_from_a;
+  const double before = DirectionError(views);
+  AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+  EXPECT_LT(DirectionError(views), 0.02);
+  EXPECT_LT(DirectionError(views), 0.3 * before);
+  EXPECT_LT((views.c_from_a * truth.c_from_a.Inverse()).Angle(), 0.002);
+}
+
+TEST_F(ThreeViewTest, AWrongMatchNeitherMovesThePosesNorFits) {
+  triples[7].c_px.y() += 40;
+  ThreeViews views = truth;
+  AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+  EXPECT_LT(DirectionError(views), 0.02);
+  const std::vector<double> errors = TruncatedErrors(pinhole, triples, views, kMaxErrorPx);
+  EXPECT_EQ(errors[7], 1);
+  int fit = 0;
+  for (double error : errors) fit += error < 1;
+  EXPECT_GT(fit, 190);
+}
+
+TEST_F(ThreeViewTest, PointsBehindAViewTakeNoPartAndDoNotFit) {
+  ThreeViews views = truth;
+  views.points_a[3] = {0, 0, -5};
+  views.points_a[4].setZero();
+  AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+  EXPECT_EQ(views.points_a[3], Eigen::Vector3d(0, 0, -5));
+  const std::vector<double> errors = TruncatedErrors(pinhole, triples, views, kMaxErrorPx);
+  EXPECT_EQ(errors[3], 1);
+  EXPECT_EQ(errors[4], 1);
+  EXPECT_LT(errors[5], 1);
+}
+
+}  // namespace
+}  // namespace deepuav
