@@ -1,4 +1,4 @@
-#include "run_output.h"
+#include "deepuav/assembly/run_output.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -10,13 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "deepuav/assembly/frame_table.h"
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/io/geo_trajectory.h"
 #include "deepuav/io/map_export.h"
 #include "deepuav/io/map_file.h"
+#include "deepuav/io/options_file.h"
 #include "deepuav/io/point_cloud.h"
 #include "deepuav/io/trajectory.h"
-#include "frame_table.h"
 
 namespace deepuav {
 namespace {
@@ -268,9 +269,28 @@ void WriteGeoTrajectories(const std::filesystem::path& folder, const Gauge& gaug
 
 }  // namespace
 
+RunFacts FactsOf(const Eyes& eyes, const RunSettings& settings) {
+  RunFacts facts;
+  facts.features = eyes.extractor().Description();
+  facts.matcher = eyes.matcher().Description();
+  facts.vocabulary = eyes.VocabularyDescription();
+  facts.models = eyes.models();
+  facts.options = OptionTexts(settings.registry);
+  facts.options_yaml = OptionsAsYaml(settings.registry);
+  return facts;
+}
+
+std::string SummaryText(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
+  return SummaryJson(Summary(atlas, result, facts));
+}
+
+MapId MainMapOf(const Atlas& atlas, const SlamResult& result) {
+  return MainMap(FramesByMap(atlas, result));
+}
+
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts) {
-  const MapId main = MainMap(FramesByMap(atlas, result));
+  const MapId main = MainMapOf(atlas, result);
   std::exception_ptr first_failure;
   const auto attempt = [&first_failure](const auto& write) {
     try {
@@ -301,9 +321,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
   attempt([&] { WriteFileAtomically(folder / "options.yaml", facts.options_yaml); });
   attempt([&] { WriteFileAtomically(folder / "camera.yaml", CalibrationYaml(facts.calibration)); });
-  attempt([&] {
-    WriteFileAtomically(folder / "summary.json", SummaryJson(Summary(atlas, result, facts)));
-  });
+  attempt([&] { WriteFileAtomically(folder / "summary.json", SummaryText(atlas, result, facts)); });
   // The large ones last: on a full disk the others are there.
   attempt([&] {
     WritePly(folder / "points.ply",

@@ -1,8 +1,8 @@
-#include "shipped_models.h"
+#include "deepuav/assembly/shipped_models.h"
 
 #include <cstdlib>
 
-#include "shipped_files.h"
+#include "deepuav/assembly/shipped_files.h"
 
 namespace deepuav {
 

@@ -1,4 +1,4 @@
-#include "dataset_images.h"
+#include "deepuav/assembly/dataset_images.h"
 
 #include <algorithm>
 

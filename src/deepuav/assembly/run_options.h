@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
@@ -14,8 +16,6 @@
 #include "deepuav/matching/superglue.h"
 #include "deepuav/place/vocabulary.h"
 #include "deepuav/system/slam.h"
-#include "option_arguments.h"
-#include "shipped_models.h"
 
 namespace deepuav {
 
@@ -61,12 +61,23 @@ struct RunOptions {
   void Register(OptionRegistry* registry);
 };
 
-/// Defaults, then what the arguments say; where these name no file, the shipped ones. Throws CLI's
-/// error of wrong use for options that are unknown or impossible.
+/// The options of a run and the names by which they are set: the one registry that command line,
+/// files and library share.
+struct RunSettings {
+  RunSettings() { options.Register(&registry); }
+  RunSettings(const RunSettings&) = delete;
+  RunSettings& operator=(const RunSettings&) = delete;
+
+  RunOptions options;
+  OptionRegistry registry;  ///< Refers to `options`.
+};
+
+/// Defaults, then what `set` does; where that names no file, the shipped ones. Throws WrongUse for
+/// options that are unknown or impossible.
 /// `best_method`: the matching.method that auto stands for with a shipped SuperPoint; with another
 /// network it stands for nearest, as nothing is known of its descriptors.
-void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry,
-                 const std::string& best_method = "nearest");
+std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistry*)>& set,
+                                          const std::string& best_method = "nearest");
 
 /// Without, a lost camera finds itself no more and no map is found again.
 bool RecognisesPlaces(const RunOptions& options);

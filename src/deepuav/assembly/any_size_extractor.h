@@ -24,8 +24,10 @@ struct ReducedImage {
   Eigen::Array2d OriginalOverReduced() const;
 };
 
-/// As grey, reduced to `max_side_px` along its longer side where it is larger. Throws Error naming
-/// the file.
+/// Reduced to `max_side_px` along its longer side where it is larger.
+ReducedImage Reduced(const GreyImage& image, int max_side_px);
+
+/// As grey, reduced likewise. Throws Error naming the file.
 ReducedImage LoadReduced(const std::filesystem::path& file, int max_side_px);
 
 /// SuperPoint on images of any size, without a calibration. Keeps the networks of the last few

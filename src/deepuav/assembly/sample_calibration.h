@@ -3,9 +3,9 @@
 #include <functional>
 #include <optional>
 
+#include "deepuav/assembly/run_options.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/survey/survey_adjustment.h"
-#include "run_options.h"
 
 namespace deepuav {
 

@@ -5,12 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/found_calibration.h"
+#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/sensor_use.h"
+#include "deepuav/assembly/shipped_models.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/io/map_origin.h"
 #include "deepuav/system/slam.h"
-#include "found_calibration.h"
-#include "sensor_use.h"
-#include "shipped_models.h"
 
 namespace deepuav {
 
@@ -33,6 +34,9 @@ struct RunFacts {
   std::vector<SensorFacts> sensors;
 };
 
+/// What networks and options tell; the rest is left as it is.
+RunFacts FactsOf(const Eyes& eyes, const RunSettings& settings);
+
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
 /// frames.csv, timings.csv, options.yaml, camera.yaml, summary.json. The first three hold the map
 /// in which most frames lie; the frames of another map N go into trajectory-map-N.txt. Maps are
@@ -42,6 +46,12 @@ struct RunFacts {
 /// written, after all others.
 void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, const Camera& camera,
                     const SlamResult& result, const RunFacts& facts);
+
+/// The summary.json of WriteRunOutput.
+std::string SummaryText(const Atlas& atlas, const SlamResult& result, const RunFacts& facts);
+
+/// The map in which most frames lie, the first of equals; invalid where there is none.
+MapId MainMapOf(const Atlas& atlas, const SlamResult& result);
 
 /// A few lines on how the run went, for a person.
 std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunFacts& facts);

@@ -1,10 +1,9 @@
-#include "run_options.h"
+#include "deepuav/assembly/run_options.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <filesystem>
 
-#include "deepuav/base/error.h"
+#include "deepuav/assembly/wrong_use.h"
 
 namespace deepuav {
 namespace {
@@ -64,15 +63,17 @@ void RunOptions::Register(OptionRegistry* registry) {
   RegisterOptions(&system, registry);
 }
 
-void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRegistry* registry,
-                 const std::string& best_method) {
+std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistry*)>& set,
+                                          const std::string& best_method) {
   const ModelRegistry& models = ShippedModels();
+  auto settings = std::make_unique<RunSettings>();
+  RunOptions* options = &settings->options;
+  OptionRegistry* registry = &settings->registry;
   try {
-    options->Register(registry);
     if (const ShippedModel* vocabulary = models.Vocabulary())
       registry->Set("places.vocabulary", vocabulary->file.string());
     registry->Set("inference.cache_dir", DefaultCacheFolder());
-    SetOptions(arguments, registry);
+    set(registry);
     options->inference.Check();
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);
@@ -84,8 +85,9 @@ void ReadOptions(const OptionArguments& arguments, RunOptions* options, OptionRe
     }
     options->Check();
   } catch (const Error& error) {
-    throw CLI::ValidationError(error.what());
+    throw WrongUse("{}", error.what());
   }
+  return settings;
 }
 
 std::vector<UsedModel> CheckModels(const RunOptions& options) {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "deepuav/io/dataset.h"
+#include "deepuav/geometry/camera.h"
 #include "deepuav/survey/survey_adjustment.h"
 
 namespace deepuav {
@@ -16,9 +16,10 @@ struct FoundCalibration {
   std::optional<RefinedLens> lens;  ///< Where it was refined.
 };
 
-/// `camera` is the dataset's working camera as the run left it.
-FoundCalibration DescribeCalibration(const Dataset& dataset, const Camera& camera,
-                                     const std::optional<RefinedLens>& lens);
+/// `camera` is the working camera as the run left it, `stored` that of the images as they are
+/// stored, before the run; `source` says where that is from.
+FoundCalibration DescribeCalibration(const Camera& stored, const std::string& source,
+                                     const Camera& camera, const std::optional<RefinedLens>& lens);
 
 /// A camera.yaml that `run --camera` takes, with the standard deviations as comments.
 std::string CalibrationYaml(const FoundCalibration& calibration);

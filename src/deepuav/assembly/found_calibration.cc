@@ -1,4 +1,4 @@
-#include "found_calibration.h"
+#include "deepuav/assembly/found_calibration.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -41,11 +41,9 @@ std::string LensComments(const RefinedLens& lens, double fx) {
 
 }  // namespace
 
-FoundCalibration DescribeCalibration(const Dataset& dataset, const Camera& camera,
-                                     const std::optional<RefinedLens>& lens) {
-  const Camera& stored = dataset.stored_camera();
-  return {ScaledCamera(camera, stored.width, stored.height), dataset.Calibration().text,
-          stored.pinhole.fx, lens};
+FoundCalibration DescribeCalibration(const Camera& stored, const std::string& source,
+                                     const Camera& camera, const std::optional<RefinedLens>& lens) {
+  return {ScaledCamera(camera, stored.width, stored.height), source, stored.pinhole.fx, lens};
 }
 
 std::string CalibrationYaml(const FoundCalibration& calibration) {

@@ -1,9 +1,9 @@
-#include "sample_calibration.h"
+#include "deepuav/assembly/sample_calibration.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "dataset_images.h"
+#include "deepuav/assembly/dataset_images.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/system/photo_survey.h"
 

@@ -1,4 +1,4 @@
-#include "frame_table.h"
+#include "deepuav/assembly/frame_table.h"
 
 #include <fmt/format.h>
 

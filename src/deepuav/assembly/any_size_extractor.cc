@@ -1,4 +1,4 @@
-#include "any_size_extractor.h"
+#include "deepuav/assembly/any_size_extractor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,10 @@ Eigen::Vector2d ReducedImage::FromOriginal(const Eigen::Vector2d& px) const {
 }
 
 ReducedImage LoadReduced(const std::filesystem::path& file, int max_side_px) {
-  const GreyImage image = LoadGrey(file);
+  return Reduced(LoadGrey(file), max_side_px);
+}
+
+ReducedImage Reduced(const GreyImage& image, int max_side_px) {
   const int side = std::max(image.cols, image.rows);
   if (side <= max_side_px) return {image, image.size()};
   const double factor = static_cast<double>(max_side_px) / side;

@@ -1,11 +1,10 @@
-#include "sensor_use.h"
+#include "deepuav/assembly/sensor_use.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <set>
 
-#include "deepuav/base/error.h"
+#include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
 
 namespace deepuav {
@@ -41,25 +40,23 @@ void CheckSensorList(const std::string& list) {
   const std::set<std::string> names = NamesIn(list);
   for (const std::string& name : names) {
     if (name != kCamera && name != kImu && name != kGnss && name != kBarometer)
-      throw CLI::ValidationError(
-          fmt::format("--use: '{}' is no sensor: expected auto, or camera, imu, gnss and barometer "
-                      "with commas between",
-                      name));
+      throw WrongUse(
+          "--use: '{}' is no sensor: expected auto, or camera, imu, gnss and barometer "
+          "with commas between",
+          name);
   }
-  if (!names.contains(kCamera))
-    throw CLI::ValidationError("--use: expected camera among the sensors");
+  if (!names.contains(kCamera)) throw WrongUse("--use: expected camera among the sensors");
   if (names.contains(kBarometer) && !names.contains(kGnss))
-    throw CLI::ValidationError(
+    throw WrongUse(
         "--use: expected gnss with barometer: heights alone do not give a map its place");
 }
 
-SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset) {
+SensorUse ChooseSensors(const std::string& list, SensorStreams streams) {
   SensorUse use;
   if (list == kCamera) return use;
   const bool automatic = list == kAuto;
   const std::set<std::string> names = NamesIn(list);
   const auto wanted = [&](const char* name) { return automatic || names.contains(name); };
-  SensorStreams streams = Read(dataset, automatic);
   const auto take = [&](const char* name, auto* stream, auto* used, size_t samples,
                         const std::string& obstacle) {
     if (samples == 0) {
@@ -82,6 +79,11 @@ SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset) {
                facts.used ? "used" : facts.note);
   }
   return use;
+}
+
+SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset) {
+  if (list == kCamera) return {};
+  return ChooseSensors(list, Read(dataset, list == kAuto));
 }
 
 }  // namespace deepuav

@@ -6,11 +6,11 @@
 #include <memory>
 #include <vector>
 
-#include "any_size_extractor.h"
+#include "deepuav/assembly/any_size_extractor.h"
+#include "deepuav/assembly/run_options.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/patches/local_warp.h"
 #include "deepuav/patches/patch_alignment.h"
-#include "run_options.h"
 
 namespace deepuav {
 
@@ -29,16 +29,21 @@ class PairMatcher {
   /// of scores is taken. Throws Error for a model that is missing, damaged or does not fit.
   /// With `refine` the place in the second image is measured by patches, where these agree.
   PairMatcher(const RunOptions& options, int max_side_px, bool headings, bool refine);
+  PairMatcher(PairMatcher&& other) noexcept;
   ~PairMatcher();
 
   /// By falling score. Throws Error naming an image that cannot be read.
   std::vector<PixelMatch> MatchImages(const std::filesystem::path& a,
                                       const std::filesystem::path& b);
+  /// The same of images that are there; they are not remembered.
+  std::vector<PixelMatch> MatchImages(const GreyImage& a, const GreyImage& b);
 
  private:
   struct SeenImage;
 
   std::shared_ptr<const SeenImage> See(const std::filesystem::path& file);
+  std::shared_ptr<SeenImage> Look(ReducedImage reduced);
+  std::vector<PixelMatch> MatchSeen(const SeenImage& a, const SeenImage& b);
   /// Moves the places in b to where the patches around those in a are found, both as reduced.
   void Refine(const SeenImage& a, const SeenImage& b, std::vector<PointPair>* pairs) const;
   std::vector<Match> MatchHeading(const SeenImage& a, const SeenImage& b, int quarter_turns);

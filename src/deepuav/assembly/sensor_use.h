@@ -21,7 +21,7 @@ struct SensorUse {
   std::vector<SensorFacts> facts;
 };
 
-/// Throws CLI's error of wrong use for a list that is not "auto" or of known sensors, the camera
+/// Throws WrongUse for a list that is not "auto" or of known sensors, the camera
 /// among them.
 void CheckSensorList(const std::string& list);
 
@@ -29,5 +29,8 @@ void CheckSensorList(const std::string& list);
 /// "auto" all that are there, where what cannot be read is left out with a warning. Throws Error
 /// for a sensor that is named and not there.
 SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset);
+
+/// The same of streams that were read.
+SensorUse ChooseSensors(const std::string& list, SensorStreams streams);
 
 }  // namespace deepuav

@@ -1,4 +1,4 @@
-#include "camera_checks.h"
+#include "deepuav/assembly/camera_checks.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "pair_matcher.h"
+#include "deepuav/assembly/pair_matcher.h"
 
 #include <fmt/format.h>
 
@@ -63,7 +63,17 @@ PairMatcher::PairMatcher(const RunOptions& options, int max_side_px, bool headin
   }
 }
 
+PairMatcher::PairMatcher(PairMatcher&& other) noexcept = default;
 PairMatcher::~PairMatcher() = default;
+
+std::shared_ptr<PairMatcher::SeenImage> PairMatcher::Look(ReducedImage reduced) {
+  auto image = std::make_shared<SeenImage>();
+  image->reduced = std::move(reduced);
+  if (refine_) image->pyramid.emplace(image->reduced.image, kPyramidLevels);
+  image->features = extractor_.Extract(image->reduced.image);
+  if (headings_) image->turned = extractor_.DescribeTurned(image->reduced.image, image->features);
+  return image;
+}
 
 std::shared_ptr<const PairMatcher::SeenImage> PairMatcher::See(const std::filesystem::path& file) {
   const auto found = std::find_if(seen_.begin(), seen_.end(),
@@ -72,12 +82,8 @@ std::shared_ptr<const PairMatcher::SeenImage> PairMatcher::See(const std::filesy
     seen_.splice(seen_.begin(), seen_, found);
     return seen_.front();
   }
-  auto image = std::make_shared<SeenImage>();
+  const auto image = Look(LoadReduced(file, max_side_px_));
   image->file = file;
-  image->reduced = LoadReduced(file, max_side_px_);
-  if (refine_) image->pyramid.emplace(image->reduced.image, kPyramidLevels);
-  image->features = extractor_.Extract(image->reduced.image);
-  if (headings_) image->turned = extractor_.DescribeTurned(image->reduced.image, image->features);
   if (seen_.size() == kImagesKept) seen_.pop_back();
   seen_.push_front(image);
   return image;
@@ -96,9 +102,18 @@ std::vector<Match> PairMatcher::MatchHeading(const SeenImage& a, const SeenImage
 std::vector<PixelMatch> PairMatcher::MatchImages(const std::filesystem::path& file_a,
                                                  const std::filesystem::path& file_b) {
   const auto a = See(file_a), b = See(file_b);
-  std::vector<Match> best = MatchHeading(*a, *b, 0);
+  return MatchSeen(*a, *b);
+}
+
+std::vector<PixelMatch> PairMatcher::MatchImages(const GreyImage& a, const GreyImage& b) {
+  const auto seen_a = Look(Reduced(a, max_side_px_)), seen_b = Look(Reduced(b, max_side_px_));
+  return MatchSeen(*seen_a, *seen_b);
+}
+
+std::vector<PixelMatch> PairMatcher::MatchSeen(const SeenImage& a, const SeenImage& b) {
+  std::vector<Match> best = MatchHeading(a, b, 0);
   for (int quarter_turns = 1; headings_ && quarter_turns < kHeadings; ++quarter_turns) {
-    std::vector<Match> matches = MatchHeading(*a, *b, quarter_turns);
+    std::vector<Match> matches = MatchHeading(a, b, quarter_turns);
     if (SumOfScores(matches) > SumOfScores(best)) best = std::move(matches);
   }
   std::stable_sort(best.begin(), best.end(),
@@ -106,15 +121,15 @@ std::vector<PixelMatch> PairMatcher::MatchImages(const std::filesystem::path& fi
   std::vector<PointPair> pairs;
   pairs.reserve(best.size());
   for (const Match& match : best) {
-    pairs.push_back({a->features.keypoints[static_cast<size_t>(match.a)].image_px.cast<double>(),
-                     b->features.keypoints[static_cast<size_t>(match.b)].image_px.cast<double>()});
+    pairs.push_back({a.features.keypoints[static_cast<size_t>(match.a)].image_px.cast<double>(),
+                     b.features.keypoints[static_cast<size_t>(match.b)].image_px.cast<double>()});
   }
-  if (refine_) Refine(*a, *b, &pairs);
+  if (refine_) Refine(a, b, &pairs);
   std::vector<PixelMatch> found;
   found.reserve(best.size());
   for (size_t i = 0; i < best.size(); ++i) {
-    found.push_back({a->reduced.ToOriginal(pairs[i].a_px.cast<float>()),
-                     b->reduced.ToOriginal(pairs[i].b_px.cast<float>()),
+    found.push_back({a.reduced.ToOriginal(pairs[i].a_px.cast<float>()),
+                     b.reduced.ToOriginal(pairs[i].b_px.cast<float>()),
                      // rounded descriptors can give a little more
                      std::min(best[i].score, 1.0f)});
   }
