@@ -48,11 +48,17 @@ int RunProgram(std::vector<std::string> words) {
   app.set_version_flag("--version", DEEPUAV_VERSION);
   app.require_subcommand(1);
   app.failure_message(WrongUseMessage);
+#if DEEPUAV_WITH_SIMULATION && DEEPUAV_WITH_REPORT
   AddDemoCommand(app);
+#endif
   AddRunCommand(app);
   AddEvalCommand(app);
+#if DEEPUAV_WITH_REPORT
   AddReportCommand(app);
+#endif
+#if DEEPUAV_WITH_SIMULATION
   AddSimulateCommand(app);
+#endif
   AddMapCommand(app);
   AddMatchCommand(app);
   AddTrainVocabCommand(app);
