@@ -2,7 +2,7 @@
 #                [EXCLUDE regex])
 #
 # One library target of the folder's sources, and one test program of its *_test.cc, but for those that EXCLUDE matches.
-# DEPENDS are the modules whose headers
+# Modules are made so that they can become part of the shared library, which shows nothing of them. DEPENDS are the modules whose headers
 # this one may include: tests/include_graph_test.py holds the sources to them. OPENVINO_TESTS, a filter as of
 # --gtest_filter, picks the tests that run a network; ctest knows them by the label "openvino".
 function(deepuav_module NAME)
@@ -19,6 +19,8 @@ function(deepuav_module NAME)
   if(sources)
     add_library(deepuav_${NAME} STATIC ${sources})
     target_link_libraries(deepuav_${NAME} PUBLIC deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
+    set_target_properties(deepuav_${NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
+      VISIBILITY_INLINES_HIDDEN ON)
   else()
     add_library(deepuav_${NAME} INTERFACE)
     target_link_libraries(deepuav_${NAME} INTERFACE deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
