@@ -8,6 +8,7 @@
 #include "deepuav/api/options_data.h"
 #include "deepuav/assembly/dataset_run.h"
 #include "deepuav/assembly/pushed_run.h"
+#include "deepuav/assembly/run_summary.h"
 #include "deepuav/io/folder_lock.h"
 
 namespace deepuav::api {
@@ -79,7 +80,7 @@ std::vector<Landmark> Result::Landmarks() const { return LandmarksOf(data_->run.
 std::vector<MapInfo> Result::Maps() const { return MapsOf(data_->run.atlas); }
 
 int Result::MainMap() const {
-  const MapId main = MainMapOf(data_->run.atlas, data_->run.result);
+  const MapId main = core::MainMap(FramesByMap(data_->run.atlas, data_->run.result));
   return main.valid() ? static_cast<int>(NumbersInFile(data_->run.atlas).at(main)) : -1;
 }
 
