@@ -24,7 +24,8 @@ if(NOT DEEPUAV_WHEEL)
     PATTERN "libopenvino_onnx_frontend.so*" PATTERN "libtbb*.so*" PATTERN "libhwloc.so*" PATTERN "cache.json")
 endif()
 
-# `cpack -G DEB` in the build folder.
+# `cpack -G DEB` in the build folder packs what was built there.
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME deepuav)
 set(CPACK_PACKAGE_CONTACT "The Deep-UAV SLAM authors")

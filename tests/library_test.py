@@ -167,6 +167,22 @@ class LibraryTest(unittest.TestCase):
         self.assertNotIn("march", package)
         self.assertNotIn(str(ROOT), package)
 
+    def test_the_debian_package_holds_all_of_it(self):
+        if not shutil.which("dpkg-deb"):
+            self.skipTest("no dpkg-deb")
+        cpack = Path(CMAKE).with_name("cpack") if os.sep in CMAKE else "cpack"
+        packed = self.scratch / "packed"
+        self.call(cpack, "--config", Path(BUILD).resolve() / "CPackConfig.cmake", "-B", packed)
+        package = next(packed.glob("deepuav_*.deb"))
+        self.assertIn("libopencv-core", self.call("dpkg-deb", "--field", package, "Depends"))
+        self.call("dpkg-deb", "--extract", package, packed / "root")
+        models = self.call(packed / "root/usr/bin/deepuav", "models")
+        self.assertIn(str(packed / "root/usr/share"), self.call(packed / "root/usr/bin/deepuav", "models", "--json"))
+        self.assertNotIn("missing", models)
+        files = {path.name for path in (packed / "root").rglob("*")}
+        self.assertLessEqual({"libdeepuav.so", "slam.h", "DeepUavConfig.cmake", "deepuav.pc", "libopenvino_intel_cpu_plugin.so"},
+                             files)
+
     def test_pkg_config_finds_it(self):
         if not shutil.which("pkg-config"):
             self.skipTest("no pkg-config")
