@@ -35,6 +35,8 @@ def with_inertial_sensor(scene):
     for index in range(FRAMES * 20 + 40):
         lines.append(f"{9 * 10**8 + index * period},{0.001 * (index % 5)},{-0.002 * (index % 3)},0.001,0.1,-9.8,0.05")
     (imu / "data.csv").write_text("\n".join(lines) + "\n")
+    (imu / "sensor.yaml").write_text("sensor_type: imu\nT_BS:\n  data: [0, -1, 0, 0.1, 1, 0, 0, 0.02, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+                                     "gyroscope_noise_density: 0.0002\naccelerometer_noise_density: 0.002\n")
     return scene
 
 

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple, Sequence, Union
 
 import numpy as np
 
-from deepuav._deepuav import (Camera, Error, Evaluation, Map, MapInfo, Matcher, Options, Result, Slam, Statistics,
-                              evaluate_files, evaluate_poses, log_to_stderr, run_dataset, version)
+from deepuav._deepuav import (Camera, Error, Evaluation, ImuSensor, Map, MapInfo, Matcher, Options, Result, Slam,
+                              Statistics, evaluate_files, evaluate_poses, log_to_stderr, run_dataset, version)
 
 __version__ = version()
-__all__ = ["Camera", "Error", "Evaluation", "Map", "MapInfo", "Matcher", "Matches", "Options", "Result", "Slam",
-           "Statistics", "evaluate", "log_to_stderr", "match", "options", "run"]
+__all__ = ["Camera", "Error", "Evaluation", "ImuSensor", "Map", "MapInfo", "Matcher", "Matches", "Options", "Result",
+           "Slam", "Statistics", "evaluate", "log_to_stderr", "match", "options", "run"]
 
 Path = Union[str, "os.PathLike[str]"]
 Image = Union[Path, np.ndarray]

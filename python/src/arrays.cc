@@ -42,6 +42,12 @@ void AppendMatrix(const api::Pose& pose, std::vector<double>* numbers) {
        1 - 2 * (x * x + y * y), t.z, 0, 0, 0, 1});
 }
 
+nb::object PoseMatrix(const api::Pose& pose) {
+  std::vector<double> numbers;
+  AppendMatrix(pose, &numbers);
+  return MakeArray(std::move(numbers), kSide, {kSide});
+}
+
 void AppendNoMatrix(std::vector<double>* numbers) {
   numbers->insert(numbers->end(), kSide * kSide, std::numeric_limits<double>::quiet_NaN());
 }

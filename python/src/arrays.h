@@ -32,6 +32,8 @@ nb::object MakeArray(std::vector<T> numbers, std::size_t rows,
 
 /// Appends the 4x4 matrix by rows.
 void AppendMatrix(const api::Pose& pose, std::vector<double>* numbers);
+/// As an array.
+nb::object PoseMatrix(const api::Pose& pose);
 /// 16 numbers that are not.
 void AppendNoMatrix(std::vector<double>* numbers);
 

@@ -11,6 +11,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "callbacks.h"
 #include "deepuav/api/slam.h"
 
 namespace deepuav::python {
@@ -21,41 +22,7 @@ using namespace nb::literals;  // NOLINT(google-build-using-namespace): operator
 using Unlocked = nb::call_guard<nb::gil_scoped_release>;
 using Triple = std::array<double, 3>;
 
-std::string NameOf(api::FrameState state) {
-  switch (state) {
-    case api::FrameState::kTracked:
-      return "tracked";
-    case api::FrameState::kLocated:
-      return "located";
-    case api::FrameState::kInitialising:
-      return "initialising";
-    case api::FrameState::kLost:
-      return "lost";
-  }
-  return "";
-}
-
-std::string NameOf(api::MapChange change) {
-  switch (change) {
-    case api::MapChange::kStarted:
-      return "started";
-    case api::MapChange::kLoopClosed:
-      return "loop closed";
-    case api::MapChange::kMerged:
-      return "merged";
-    case api::MapChange::kAdjusted:
-      return "adjusted";
-  }
-  return "";
-}
-
-constexpr std::size_t kSide = 4, kAxes = 3;
-
-nb::object PoseMatrix(const api::Pose& pose) {
-  std::vector<double> numbers;
-  AppendMatrix(pose, &numbers);
-  return MakeArray(std::move(numbers), kSide, {kSide});
-}
+constexpr std::size_t kSide = 4;
 
 nb::dict FrameTable(const std::vector<api::Frame>& frames) {
   std::vector<std::int64_t> ids, times;
@@ -86,76 +53,6 @@ nb::dict FrameTable(const std::vector<api::Frame>& frames) {
   return table;
 }
 
-/// Hands events to functions of Python; None: nothing is told. What they raise is printed as other
-/// exceptions that nobody can catch.
-class Callbacks : public api::Observer {
- public:
-  Callbacks(nb::object on_frame, nb::object on_keyframe, nb::object on_map)
-      : on_frame_(std::move(on_frame)),
-        on_keyframe_(std::move(on_keyframe)),
-        on_map_(std::move(on_map)) {}
-  Callbacks(const Callbacks&) = delete;
-  Callbacks& operator=(const Callbacks&) = delete;
-  ~Callbacks() override {
-    const nb::gil_scoped_acquire locked;
-    on_frame_.reset();
-    on_keyframe_.reset();
-    on_map_.reset();
-  }
-
-  void OnFrame(const api::FrameEvent& event) override {
-    const api::Frame& frame = event.frame;
-    Call(on_frame_, [&](nb::dict& told) {
-      told["id"] = frame.id;
-      told["time_ns"] = frame.time_ns;
-      told["state"] = NameOf(frame.state);
-      told["reason"] = frame.reason;
-      told["map"] = frame.map;
-      told["landmarks"] = frame.landmarks;
-      told["world_from_camera"] =
-          frame.map < 0 ? nb::object(nb::none()) : PoseMatrix(frame.world_from_camera);
-    });
-  }
-  void OnKeyframe(const api::KeyframeEvent& event) override {
-    Call(on_keyframe_, [&](nb::dict& told) {
-      told["id"] = event.keyframe.id;
-      told["frame"] = event.frame;
-      told["time_ns"] = event.keyframe.time_ns;
-      told["map"] = event.keyframe.map;
-      told["world_from_camera"] = PoseMatrix(event.keyframe.world_from_camera);
-      std::vector<double> points;
-      for (const api::Vector3& point : event.new_landmarks_world)
-        points.insert(points.end(), {point.x, point.y, point.z});
-      told["new_landmarks_world"] =
-          MakeArray(std::move(points), event.new_landmarks_world.size(), {kAxes});
-    });
-  }
-  void OnMap(const api::MapEvent& event) override {
-    Call(on_map_, [&](nb::dict& told) {
-      told["change"] = NameOf(event.change);
-      told["map"] = event.map;
-      told["into"] = event.into;
-    });
-  }
-
- private:
-  template <typename Fill>
-  void Call(const nb::object& function, const Fill& fill) {
-    const nb::gil_scoped_acquire locked;
-    if (function.is_none()) return;
-    try {
-      nb::dict told;
-      fill(told);
-      function(told);
-    } catch (nb::python_error& error) {
-      error.restore();
-      PyErr_WriteUnraisable(function.ptr());
-    }
-  }
-
-  nb::object on_frame_, on_keyframe_, on_map_;
-};
-
 /// What a run is made of. The interpreter's lock is not held where it waits for the run, which may
 /// wait for a function of Python.
 class PythonSlam {
@@ -173,6 +70,8 @@ class PythonSlam {
     const nb::gil_scoped_release released;
     slam_.reset();
   }
+
+  Callbacks& callbacks() { return *callbacks_; }
 
   void Feed(const PixelArray& pixels, std::int64_t time_ns) {
     const api::ImageView view = ViewOf(pixels);
@@ -200,12 +99,42 @@ class PythonSlam {
   std::optional<api::Slam> slam_;
 };
 
-std::optional<api::ImuSensor> SensorOf(const std::optional<PoseArray>& camera_from_imu,
-                                       const std::array<double, 4>& noise) {
-  if (!camera_from_imu) return std::nullopt;
-  if (camera_from_imu->shape(0) != 1)
-    throw api::Error("camera_from_imu: expected one matrix, of shape (1, 4, 4)");
-  return api::ImuSensor{PoseOf(camera_from_imu->data()), noise[0], noise[1], noise[2], noise[3]};
+// A function that is called back often knows the variable that holds the run: without these two the
+// interpreter could not give such a circle up, and would end with the run's threads at work.
+int TraverseSlam(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  return nb::inst_ptr<PythonSlam>(self)->callbacks().Visit(visit, arg);
+}
+
+int ClearSlam(PyObject* self) {
+  nb::inst_ptr<PythonSlam>(self)->callbacks().Clear();
+  return 0;
+}
+
+PyType_Slot collectable[] = {{Py_tp_traverse, reinterpret_cast<void*>(TraverseSlam)},
+                             {Py_tp_clear, reinterpret_cast<void*>(ClearSlam)},
+                             {0, nullptr}};
+
+void BindImuSensor(nb::module_& module) {
+  using Matrix = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+  nb::class_<api::ImuSensor>(
+      module, "ImuSensor", "Where an inertial sensor is, and its continuous noise; 0: not stated.")
+      .def(
+          "__init__",
+          [](api::ImuSensor* sensor, const Matrix& camera_from_imu, double gyroscope_noise_density,
+             double gyroscope_random_walk, double accelerometer_noise_density,
+             double accelerometer_random_walk) {
+            new (sensor) api::ImuSensor{PoseOf(camera_from_imu.data()), gyroscope_noise_density,
+                                        gyroscope_random_walk, accelerometer_noise_density,
+                                        accelerometer_random_walk};
+          },
+          "camera_from_imu"_a, "gyroscope_noise_density"_a = 0.0, "gyroscope_random_walk"_a = 0.0,
+          "accelerometer_noise_density"_a = 0.0, "accelerometer_random_walk"_a = 0.0)
+      .def_static("load", &api::ReadImuSensor, "camera_file"_a, "imu_file"_a,
+                  "From the sensor.yaml of EuRoC of both.")
+      .def_prop_ro("camera_from_imu",
+                   [](const api::ImuSensor& sensor) { return PoseMatrix(sensor.camera_from_imu); });
 }
 
 void BindResult(nb::module_& module) {
@@ -237,36 +166,34 @@ void BindResult(nb::module_& module) {
 }  // namespace
 
 void BindSlam(nb::module_& module) {
+  BindImuSensor(module);
   BindResult(module);
-  nb::class_<PythonSlam>(module, "Slam", "SLAM over images that are pushed. One run an instance.")
+  nb::class_<PythonSlam>(module, "Slam", nb::type_slots(collectable),
+                         "SLAM over images that are pushed. One run an instance.")
       .def(
           "__init__",
           [](PythonSlam* slam, const api::Camera& camera, const api::Options& options,
              const std::string& schedule, const std::string& map, int queue_size,
-             const std::optional<PoseArray>& camera_from_imu,
-             const std::array<double, 4>& imu_noise, const Triple& antenna,
+             const std::optional<api::ImuSensor>& imu, const Triple& antenna,
              double gnss_clock_sigma_s, nb::object on_frame, nb::object on_keyframe,
              nb::object on_map) {
             api::RunSetup setup;
             setup.schedule = schedule;
             setup.map = map;
             setup.queue_size = queue_size;
-            setup.imu = SensorOf(camera_from_imu, imu_noise);
+            setup.imu = imu;
             setup.gnss = {{antenna[0], antenna[1], antenna[2]}, gnss_clock_sigma_s};
             auto callbacks = std::make_unique<Callbacks>(std::move(on_frame),
                                                          std::move(on_keyframe), std::move(on_map));
             new (slam) PythonSlam(camera, options, setup, std::move(callbacks));
           },
           "camera"_a, "options"_a = api::Options(), nb::kw_only(), "schedule"_a = "threaded",
-          "map"_a = "", "queue_size"_a = 4, "camera_from_imu"_a = nb::none(),
-          "imu_noise"_a = std::array<double, 4>{}, "antenna_camera_m"_a = Triple{},
+          "map"_a = "", "queue_size"_a = 4, "imu"_a = nb::none(), "antenna_camera_m"_a = Triple{},
           "gnss_clock_sigma_s"_a = 0.0, "on_frame"_a = nb::none(), "on_keyframe"_a = nb::none(),
           "on_map"_a = nb::none(),
-          "camera_from_imu: (1, 4, 4), needed for feed_imu; imu_noise: noise density and random "
-          "walk of the gyroscope, "
-          "then of the accelerometer. on_frame, on_keyframe and on_map are called with a dict, in "
-          "order, on a thread of "
-          "the library's; they never hold up the run, and what they are too slow for is dropped.")
+          "imu is needed for feed_imu. on_frame, on_keyframe and on_map are called with a dict, in "
+          "order, on a thread of the library's; they never hold up the run, and what they are too "
+          "slow for is dropped.")
       .def("feed", &PythonSlam::Feed, "image"_a, "time_ns"_a,
            "Grey (height, width) or RGB (height, width, 3) bytes, copied. Waits while the queue is "
            "full, unless live.")

@@ -97,7 +97,8 @@ int Run(const std::string& sequence, const std::string& out, const std::string& 
   Watcher watcher(manner);
   api::RunSetup setup;
   setup.schedule = schedule;
-  if (!samples.empty()) setup.imu.emplace();
+  if (!samples.empty())
+    setup.imu = api::ReadImuSensor(camera + "sensor.yaml", sequence + "/mav0/imu0/sensor.yaml");
   if (manner != "none") setup.observer = &watcher;
   api::Slam slam(api::ReadCamera(camera + "sensor.yaml"), {}, setup);
   std::size_t next = 0;

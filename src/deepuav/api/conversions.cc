@@ -38,12 +38,14 @@ Eigen::Vector3d ToCore(const Vector3& vector) { return {vector.x, vector.y, vect
 
 SE3 ToCore(const Pose& pose) {
   constexpr double kMostOff = 1e-3;  // As much as is rounded away where few decimals are written.
+  constexpr double kUnit = 1e-12;    // What was of unit length stays what it was, to the bit.
   const Quaternion& q = pose.rotation;
   const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
   if (!(std::abs(rotation.norm() - 1) < kMostOff))
     throw core::Error("rotation of length {}: expected 1", rotation.norm());
   const Eigen::Vector3d translation = ToCore(pose.translation);
   if (!translation.allFinite()) throw core::Error("translation: expected finite numbers");
+  if (std::abs(rotation.norm() - 1) < kUnit) return SE3::FromUnit(rotation, translation);
   return {rotation, translation};
 }
 

@@ -9,7 +9,9 @@
 #include "deepuav/assembly/dataset_run.h"
 #include "deepuav/assembly/pushed_run.h"
 #include "deepuav/assembly/run_summary.h"
+#include "deepuav/io/euroc_sensor.h"
 #include "deepuav/io/folder_lock.h"
+#include "deepuav/io/sensor_files.h"
 
 namespace deepuav::api {
 namespace {
@@ -53,6 +55,16 @@ struct Slam::Data {
   std::unique_ptr<EventQueue> events;
   PushedRun run;
 };
+
+ImuSensor ReadImuSensor(const std::string& camera_file, const std::string& imu_file) {
+  return Guarded([&] {
+    const SE3 cam_from_body = ReadEurocBodyFromSensor(camera_file).Inverse();
+    const ImuNoise noise = ReadImuNoise(imu_file);
+    return ImuSensor{ToApi(cam_from_body * ReadEurocBodyFromSensor(imu_file)),
+                     noise.gyroscope_noise_density, noise.gyroscope_random_walk,
+                     noise.accelerometer_noise_density, noise.accelerometer_random_walk};
+  });
+}
 
 Result::Result(std::unique_ptr<Data> data) : data_(std::move(data)) {}
 Result::Result(Result&& other) noexcept = default;

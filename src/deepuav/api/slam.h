@@ -21,6 +21,10 @@ struct ImuSensor {
   double accelerometer_random_walk = 0;    ///< m/s^3/sqrt(Hz)
 };
 
+/// Of an EuRoC sequence, by the sensor.yaml of its camera and of its inertial sensor. Throws Error
+/// naming file and field.
+DEEPUAV_API ImuSensor ReadImuSensor(const std::string& camera_file, const std::string& imu_file);
+
 /// Where a receiver's antenna is, and how far its clock may be from the camera's.
 struct GnssSensor {
   Vector3 antenna_camera_m;
