@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/io/text_file.h"
+#include "help_documents.h"
 #include "interruption.h"
 
 namespace {
@@ -64,6 +65,7 @@ int RunProgram(std::vector<std::string> words) {
   AddTrainVocabCommand(app);
   AddModelsCommand(app);
   AddBenchCommand(app);
+  AddHelpDocumentCommands(app);
   try {
     std::reverse(words.begin(), words.end());  // as the parser wants them
     app.parse(std::move(words));

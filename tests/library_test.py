@@ -182,7 +182,7 @@ class LibraryTest(unittest.TestCase):
         self.assertIn(str(packed / "root/usr/share"), self.call(packed / "root/usr/bin/deepuav", "models", "--json"))
         self.assertNotIn("missing", models)
         files = {path.name for path in (packed / "root").rglob("*")}
-        self.assertLessEqual({"libdeepuav.so", "slam.h", "DeepUavConfig.cmake", "deepuav.pc", "libopenvino_intel_cpu_plugin.so"},
+        self.assertLessEqual({"libdeepuav.so", "slam.h", "DeepUavConfig.cmake", "deepuav.pc", "deepuav.1", "libopenvino_intel_cpu_plugin.so"},
                              files)
 
     def test_pkg_config_finds_it(self):
