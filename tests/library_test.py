@@ -109,7 +109,7 @@ class LibraryTest(unittest.TestCase):
         for flags in self.programs:
             with self.subTest(flags):
                 out = self.scratch / f"example-{flags}"
-                text = self.call_consumer(flags, "slam_euroc", self.scene, out)
+                text = self.call_consumer(flags, "example/slam_euroc", self.scene, out)
                 self.assertRegex(text, r"^map 0: \d+ keyframes, \d+ landmarks\n$")
                 self.assert_same_path(self.expected, out)
 
