@@ -51,11 +51,11 @@ def pixels(file):  # a grey PNG as layered_scene draws it
         at += 12 + length
     return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(240, 321)[:, 1:].copy()
 told = []
-camera = deepuav.Camera.load("scene/mav0/cam0/sensor.yaml")
+camera = deepuav.Camera.load(pathlib.Path("scene/mav0/cam0/sensor.yaml"))
 slam = deepuav.Slam(camera, deepuav.options(features__size="small"), on_frame=told.append, on_keyframe=told.append)
 for file in sorted(pathlib.Path("scene/mav0/cam0/data").iterdir()):
     slam.feed(pixels(file), int(file.stem))
-slam.finish().write("pushed")
+slam.finish().write(pathlib.Path("pushed"))
 assert [event["id"] for event in told if "state" in event] == list(range(40)), told
 assert any(len(event.get("new_landmarks_world", ())) > 20 for event in told)
 for wrong in (lambda: deepuav.run("absent"), lambda: deepuav.options(features__keypoint=1), lambda: slam.finish(),

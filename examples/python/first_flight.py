@@ -28,7 +28,7 @@ error = deepuav.evaluate(flight, folder / "run/trajectory.txt", align="sim3")
 print(f"ATE {error.ate_m.rmse:.3f} m over {error.pairs} poses, scale {error.scale:.3f}")
 
 # %% The map, from its file.
-world = deepuav.Map.load(str(folder / "run/map.deepuav"))
+world = deepuav.Map.load(folder / "run/map.deepuav")
 low, high = np.percentile(world.points, [5, 95], axis=0)
 print(f"{len(world.points)} points, most of them within {np.round(high - low, 2)}")
 

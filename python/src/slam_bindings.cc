@@ -1,9 +1,11 @@
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +21,7 @@ namespace {
 
 using namespace nb::literals;  // NOLINT(google-build-using-namespace): operators alone
 
+namespace fs = std::filesystem;
 using Unlocked = nb::call_guard<nb::gil_scoped_release>;
 using Triple = std::array<double, 3>;
 
@@ -131,8 +134,12 @@ void BindImuSensor(nb::module_& module) {
           },
           "camera_from_imu"_a, "gyroscope_noise_density"_a = 0.0, "gyroscope_random_walk"_a = 0.0,
           "accelerometer_noise_density"_a = 0.0, "accelerometer_random_walk"_a = 0.0)
-      .def_static("load", &api::ReadImuSensor, "camera_file"_a, "imu_file"_a,
-                  "From the sensor.yaml of EuRoC of both.")
+      .def_static(
+          "load",
+          [](const fs::path& camera_file, const fs::path& imu_file) {
+            return api::ReadImuSensor(camera_file.string(), imu_file.string());
+          },
+          "camera_file"_a, "imu_file"_a, "From the sensor.yaml of EuRoC of both.")
       .def_prop_ro("camera_from_imu",
                    [](const api::ImuSensor& sensor) { return PoseMatrix(sensor.camera_from_imu); });
 }
@@ -159,8 +166,10 @@ void BindResult(nb::module_& module) {
       .def_prop_ro("camera", &api::Result::FinalCamera)
       .def_prop_ro("failure", &api::Result::Failure, "What ended the run early; empty: nothing.")
       .def_prop_ro("summary_json", &api::Result::SummaryJson)
-      .def("write", &api::Result::Write, "folder"_a, Unlocked(),
-           "Writes the output folder of deepuav run, made if absent.");
+      .def(
+          "write",
+          [](const api::Result& result, const fs::path& folder) { result.Write(folder.string()); },
+          "folder"_a, Unlocked(), "Writes the output folder of deepuav run, made if absent.");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <filesystem>
 #include <string>
 
 #include "arrays.h"
@@ -15,6 +17,7 @@ namespace {
 
 using namespace nb::literals;  // NOLINT(google-build-using-namespace): operators alone
 
+namespace fs = std::filesystem;
 using Unlocked = nb::call_guard<nb::gil_scoped_release>;
 
 api::LensModel LensNamed(const std::string& name) {
@@ -46,8 +49,9 @@ void BindCamera(nb::module_& module) {
           },
           "width"_a, "height"_a, "fx"_a, "fy"_a, "cx"_a, "cy"_a, "lens"_a = "pinhole",
           "distortion"_a = std::vector<double>(), "rate_hz"_a = 0.0, "readout_s"_a = 0.0)
-      .def_static("load", &api::ReadCamera, "file"_a,
-                  "From a camera.yaml, or a camera's sensor.yaml of EuRoC.")
+      .def_static(
+          "load", [](const fs::path& file) { return api::ReadCamera(file.string()); }, "file"_a,
+          "From a camera.yaml, or a camera's sensor.yaml of EuRoC.")
       .def_rw("width", &api::Camera::width)
       .def_rw("height", &api::Camera::height)
       .def_rw("fx", &api::Camera::fx)
@@ -71,7 +75,9 @@ void BindMap(nb::module_& module) {
       .def_ro("origin_altitude_m", &api::MapInfo::origin_altitude_m)
       .def_prop_ro("gauge", [](const api::MapInfo& map) { return NameOf(map.gauge); });
   nb::class_<api::Map>(module, "Map", "The maps of a map.deepuav file.")
-      .def_static("load", &api::Map::Load, "file"_a, Unlocked())
+      .def_static(
+          "load", [](const fs::path& file) { return api::Map::Load(file.string()); }, "file"_a,
+          Unlocked())
       .def_prop_ro("maps", &api::Map::Maps)
       .def_prop_ro("camera", &api::Map::MapCamera)
       .def_prop_ro(
@@ -89,9 +95,11 @@ void BindOptions(nb::module_& module) {
   nb::class_<api::Options>(module, "Options", "The options of a run, as of deepuav run --set.")
       .def(nb::init<>())
       .def("set", &api::Options::Set, "name"_a, "value"_a)
-      .def("load", &api::Options::Load, "file"_a, "Sets what a YAML file of options says.")
       .def(
-          "list",
+          "load", [](api::Options& options, const fs::path& file) { options.Load(file.string()); },
+          "file"_a, "Sets what a YAML file of options says.")
+      .def(
+          "values",
           [](const api::Options& options) {
             nb::list rows;
             for (const api::OptionValue& option : options.List()) {

@@ -25,7 +25,8 @@ class DEEPUAV_API Options {
   /// Throws Error for an unknown name, naming the nearest known one, and for a value that is none
   /// of the option's type. Whether values go together is checked where the options are used.
   void Set(const std::string& name, const std::string& value);
-  /// Sets what a YAML file of options says. Throws Error naming file, line and option.
+  /// Sets what a YAML file of options says, which is read again where the options are copied or
+  /// used. Throws Error naming file, line and option.
   void Load(const std::string& file);
   /// All options, by name.
   std::vector<OptionValue> List() const;
