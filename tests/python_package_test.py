@@ -51,6 +51,7 @@ def pixels(file):  # a grey PNG as layered_scene draws it
         at += 12 + length
     return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(240, 321)[:, 1:].copy()
 told = []
+assert np.allclose(deepuav.ImuSensor(np.eye(4)).camera_from_imu, np.eye(4))
 camera = deepuav.Camera.load(pathlib.Path("scene/mav0/cam0/sensor.yaml"))
 slam = deepuav.Slam(camera, deepuav.options(features__size="small"), on_frame=told.append, on_keyframe=told.append)
 for file in sorted(pathlib.Path("scene/mav0/cam0/data").iterdir()):

@@ -94,9 +94,11 @@ def evaluate(truth: Poses, estimate: Poses, align: str = "sim3", *, max_differen
 
     ``align``: sim3, se3, yaw or none. Raises :class:`Error` for what cannot be read, associated or aligned.
     """
-    setup = (align, max_difference_s, time_offset_s, rpe_delta, rpe_unit)
     if isinstance(truth, (str, os.PathLike)) and isinstance(estimate, (str, os.PathLike)):
-        return evaluate_files(os.fspath(truth), os.fspath(estimate), *setup)
+        return evaluate_files(os.fspath(truth), os.fspath(estimate), align, max_difference_s, time_offset_s, rpe_delta,
+                              rpe_unit)
     if isinstance(truth, (str, os.PathLike)) or isinstance(estimate, (str, os.PathLike)):
         raise Error("truth and estimate: expected two files, or two sets of poses")
-    return evaluate_poses(*_poses(truth), *_poses(estimate), *setup)
+    truth_times, truth_poses = _poses(truth)
+    times, poses = _poses(estimate)
+    return evaluate_poses(truth_times, truth_poses, times, poses, align, max_difference_s, time_offset_s, rpe_delta, rpe_unit)

@@ -42,7 +42,7 @@ void AppendMatrix(const api::Pose& pose, std::vector<double>* numbers) {
        1 - 2 * (x * x + y * y), t.z, 0, 0, 0, 1});
 }
 
-nb::object PoseMatrix(const api::Pose& pose) {
+nb::ndarray<nb::numpy, double> PoseMatrix(const api::Pose& pose) {
   std::vector<double> numbers;
   AppendMatrix(pose, &numbers);
   return MakeArray(std::move(numbers), kSide, {kSide});
@@ -103,7 +103,7 @@ nb::dict KeyframeTable(const std::vector<api::Keyframe>& keyframes) {
   return table;
 }
 
-nb::object PointArray(const std::vector<api::Landmark>& landmarks) {
+nb::ndarray<nb::numpy, double> PointArray(const std::vector<api::Landmark>& landmarks) {
   std::vector<double> positions;
   for (const api::Landmark& landmark : landmarks) {
     const api::Vector3& position = landmark.position_world;

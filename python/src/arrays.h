@@ -20,20 +20,20 @@ using PoseArray = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, n
 
 /// An array of numpy that owns the numbers; `row_shape` is what follows the first dimension.
 template <typename T>
-nb::object MakeArray(std::vector<T> numbers, std::size_t rows,
-                     const std::vector<std::size_t>& row_shape = {}) {
+nb::ndarray<nb::numpy, T> MakeArray(std::vector<T> numbers, std::size_t rows,
+                                    const std::vector<std::size_t>& row_shape = {}) {
   auto* owned = new std::vector<T>(std::move(numbers));
   const nb::capsule owner(owned,
                           [](void* data) noexcept { delete static_cast<std::vector<T>*>(data); });
   std::vector<std::size_t> shape = {rows};
   shape.insert(shape.end(), row_shape.begin(), row_shape.end());
-  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape.size(), shape.data(), owner));
+  return {owned->data(), shape.size(), shape.data(), owner};
 }
 
 /// Appends the 4x4 matrix by rows.
 void AppendMatrix(const api::Pose& pose, std::vector<double>* numbers);
 /// As an array.
-nb::object PoseMatrix(const api::Pose& pose);
+nb::ndarray<nb::numpy, double> PoseMatrix(const api::Pose& pose);
 /// 16 numbers that are not.
 void AppendNoMatrix(std::vector<double>* numbers);
 
@@ -45,7 +45,7 @@ std::vector<api::TimedPose> PosesOf(const TimeArray& times, const PoseArray& pos
 
 nb::dict KeyframeTable(const std::vector<api::Keyframe>& keyframes);
 /// The positions, a row each.
-nb::object PointArray(const std::vector<api::Landmark>& landmarks);
+nb::ndarray<nb::numpy, double> PointArray(const std::vector<api::Landmark>& landmarks);
 nb::dict LandmarkTable(const std::vector<api::Landmark>& landmarks);
 
 }  // namespace deepuav::python

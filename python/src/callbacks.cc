@@ -88,7 +88,7 @@ void Callbacks::OnFrame(const api::FrameEvent& event) {
     told["map"] = frame.map;
     told["landmarks"] = frame.landmarks;
     told["world_from_camera"] =
-        frame.map < 0 ? nb::object(nb::none()) : PoseMatrix(frame.world_from_camera);
+        frame.map < 0 ? nb::object(nb::none()) : nb::cast(PoseMatrix(frame.world_from_camera));
   });
 }
 

@@ -140,8 +140,10 @@ void BindImuSensor(nb::module_& module) {
             return api::ReadImuSensor(camera_file.string(), imu_file.string());
           },
           "camera_file"_a, "imu_file"_a, "From the sensor.yaml of EuRoC of both.")
-      .def_prop_ro("camera_from_imu",
-                   [](const api::ImuSensor& sensor) { return PoseMatrix(sensor.camera_from_imu); });
+      .def_prop_ro(
+          "camera_from_imu",
+          [](const api::ImuSensor& sensor) { return PoseMatrix(sensor.camera_from_imu); },
+          nb::rv_policy::automatic);
 }
 
 void BindResult(nb::module_& module) {
@@ -159,7 +161,7 @@ void BindResult(nb::module_& module) {
           "Arrays id, map, position_world (n, 3), observations.")
       .def_prop_ro(
           "points", [](const api::Result& result) { return PointArray(result.Landmarks()); },
-          "The landmarks' positions, (n, 3).")
+          nb::rv_policy::automatic, "The landmarks' positions, (n, 3).")
       .def_prop_ro("maps", &api::Result::Maps)
       .def_prop_ro("main_map", &api::Result::MainMap,
                    "The map in which most frames lie; -1: there is none.")

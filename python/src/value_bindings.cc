@@ -88,7 +88,7 @@ void BindMap(nb::module_& module) {
           "Arrays id, map, position_world (n, 3), observations.")
       .def_prop_ro(
           "points", [](const api::Map& map) { return PointArray(map.Landmarks()); },
-          "The landmarks' positions, (n, 3).");
+          nb::rv_policy::automatic, "The landmarks' positions, (n, 3).");
 }
 
 void BindOptions(nb::module_& module) {
@@ -110,7 +110,7 @@ void BindOptions(nb::module_& module) {
           "(name, value, unit, meaning) of every option.");
 }
 
-nb::object MatchTable(const std::vector<api::PointMatch>& matches) {
+nb::ndarray<nb::numpy, double> MatchTable(const std::vector<api::PointMatch>& matches) {
   constexpr std::size_t kColumns = 5;
   std::vector<double> numbers;
   for (const api::PointMatch& match : matches)
