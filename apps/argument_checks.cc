@@ -68,12 +68,6 @@ void RefuseInputAsOutput(const fs::path& output, const std::vector<fs::path>& in
   }
 }
 
-void MakeOutputFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Error("{}: cannot make the output folder: {}", folder.string(), error.message());
-}
-
 std::string UnknownCommandMessage(const CLI::App& app) {
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();

@@ -31,9 +31,6 @@ void ProbeOutput(const std::filesystem::path& file);
 void RefuseInputAsOutput(const std::filesystem::path& output,
                          const std::vector<std::filesystem::path>& inputs);
 
-/// Makes the folder and those above it. Throws Error naming it.
-void MakeOutputFolder(const std::filesystem::path& folder);
-
 /// What to say of words that name no command of `app`, or of the command of it that they begin
 /// with; empty where they are not at fault.
 std::string UnknownCommandMessage(const CLI::App& app);

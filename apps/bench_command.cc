@@ -9,9 +9,9 @@
 
 #include "argument_checks.h"
 #include "commands.h"
+#include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/logging.h"
 #include "network_bench.h"
-#include "shipped_models.h"
 
 namespace deepuav {
 namespace {

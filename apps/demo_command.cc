@@ -8,8 +8,8 @@
 
 #include "argument_checks.h"
 #include "commands.h"
+#include "deepuav/assembly/run_options.h"
 #include "option_arguments.h"
-#include "run_options.h"
 
 namespace deepuav {
 namespace {
@@ -43,10 +43,7 @@ std::vector<std::string> RunWords(const std::string& flight, const std::string& 
 
 /// Before the rendering, not after it, it shows that there is no such network.
 void CheckNetworks(const OptionArguments& networks) {
-  RunOptions options;
-  OptionRegistry registry;
-  ReadOptions(networks, &options, &registry);
-  CheckModels(options);
+  CheckModels(ReadRunSettings(networks)->options);
 }
 
 void Demo(const DemoArguments& arguments) {

@@ -6,8 +6,9 @@
 
 #include "argument_checks.h"
 #include "commands.h"
-#include "deepuav/base/error.h"
+#include "deepuav/assembly/wrong_use.h"
 #include "deepuav/io/text_file.h"
+#include "help_documents.h"
 #include "interruption.h"
 
 namespace {
@@ -22,8 +23,12 @@ void SilenceLibraries() {
   ::setenv("OPENCV_FFMPEG_LOGLEVEL", kQuiet, kKeepTheUsers);
 }
 
+std::string WrongUseLine(const std::string& message) {
+  return fmt::format("deepuav: {} (--help shows the use)\n", deepuav::OneLine(message));
+}
+
 std::string WrongUseMessage(const CLI::App* /*app*/, const CLI::Error& error) {
-  return fmt::format("deepuav: {} (--help shows the use)\n", deepuav::OneLine(error.what()));
+  return WrongUseLine(error.what());
 }
 
 /// Output may still wait in a buffer, and a full disk behind it is a failure like any other.
@@ -44,16 +49,23 @@ int RunProgram(std::vector<std::string> words) {
   app.set_version_flag("--version", DEEPUAV_VERSION);
   app.require_subcommand(1);
   app.failure_message(WrongUseMessage);
+#if DEEPUAV_WITH_SIMULATION && DEEPUAV_WITH_REPORT
   AddDemoCommand(app);
+#endif
   AddRunCommand(app);
   AddEvalCommand(app);
+#if DEEPUAV_WITH_REPORT
   AddReportCommand(app);
+#endif
+#if DEEPUAV_WITH_SIMULATION
   AddSimulateCommand(app);
+#endif
   AddMapCommand(app);
   AddMatchCommand(app);
   AddTrainVocabCommand(app);
   AddModelsCommand(app);
   AddBenchCommand(app);
+  AddHelpDocumentCommands(app);
   try {
     std::reverse(words.begin(), words.end());  // as the parser wants them
     app.parse(std::move(words));
@@ -61,10 +73,13 @@ int RunProgram(std::vector<std::string> words) {
   } catch (const CLI::RequiredError& error) {
     const std::string unknown = UnknownCommandMessage(app);
     if (unknown.empty()) return app.exit(error) == 0 ? 0 : kWrongUse;
-    std::cerr << "deepuav: " << unknown << " (--help shows the use)\n";
+    std::cerr << WrongUseLine(unknown);
     return kWrongUse;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kWrongUse;
+  } catch (const WrongUse& error) {
+    std::cerr << WrongUseLine(error.what());
+    return kWrongUse;
   } catch (const ExitStatus& exit) {
     return exit.status;
   } catch (const std::exception& error) {

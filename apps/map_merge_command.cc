@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "argument_checks.h"
-#include "camera_checks.h"
+#include "deepuav/assembly/camera_checks.h"
+#include "deepuav/assembly/run_options.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/map_file.h"
 #include "deepuav/map/map_renumbering.h"
 #include "deepuav/system/map_joining.h"
-#include "run_options.h"
+#include "option_arguments.h"
 
 namespace deepuav {
 namespace {
@@ -52,9 +53,8 @@ LoadedAtlas LoadAll(const std::vector<std::string>& files, std::vector<MapId>* n
 
 void Merge(const MergeArguments& arguments) {
   LogToStderr(arguments.log_level);
-  RunOptions options;
-  OptionRegistry registry;
-  ReadOptions(arguments.options, &options, &registry);
+  const auto settings = ReadRunSettings(arguments.options);
+  const RunOptions& options = settings->options;
   if (options.places.vocabulary.empty())
     throw CLI::ValidationError("option places.vocabulary is empty: expected a file");
   ShippedModels().Check(options.places.vocabulary);

@@ -9,15 +9,16 @@
 
 #include "argument_checks.h"
 #include "commands.h"
+#include "deepuav/assembly/pair_matcher.h"
+#include "deepuav/assembly/run_options.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/folder_lock.h"
 #include "match_picture.h"
 #include "option_arguments.h"
 #include "pair_list.h"
-#include "pair_matcher.h"
 #include "progress_bar.h"
-#include "run_options.h"
 
 namespace deepuav {
 namespace {
@@ -147,9 +148,8 @@ std::vector<PixelMatch> MatchPair(const ImagePair& pair, PairMatcher* matcher) t
 void MatchAll(const MatchArguments& arguments) {
   CheckUse(arguments);
   LogToStderr(arguments.log_level);
-  RunOptions options;
-  OptionRegistry registry;
-  ReadOptions(arguments.options, &options, &registry, "superglue");
+  const auto settings = ReadRunSettings(arguments.options, "superglue");
+  const RunOptions& options = settings->options;
   const std::vector<ImagePair> pairs = PairsOf(arguments);
   MatchWriter writer(arguments, options);
   writer.Probe(pairs);

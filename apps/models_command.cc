@@ -8,8 +8,8 @@
 #include <string>
 
 #include "commands.h"
+#include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/error.h"
-#include "shipped_models.h"
 
 namespace deepuav {
 namespace {

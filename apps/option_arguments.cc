@@ -77,4 +77,10 @@ void SetOptions(const OptionArguments& arguments, OptionRegistry* registry) {
   for (const std::string& assignment : assignments) registry->SetAssignment(assignment);
 }
 
+std::unique_ptr<RunSettings> ReadRunSettings(const OptionArguments& arguments,
+                                             const std::string& best_method) {
+  return ReadSettings([&](OptionRegistry* registry) { SetOptions(arguments, registry); },
+                      best_method);
+}
+
 }  // namespace deepuav

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/run_options.h"
 #include "deepuav/base/options.h"
 
 namespace CLI {
@@ -31,5 +33,9 @@ void AddPrecisionArgument(CLI::App& command, OptionArguments& arguments);
 /// features.size, --model for features.model and --precision for inference.precision. An assigned
 /// size takes back the model of the file. Throws Error for what is unknown or given twice.
 void SetOptions(const OptionArguments& arguments, OptionRegistry* registry);
+
+/// What the arguments say of a run, as ReadSettings.
+std::unique_ptr<RunSettings> ReadRunSettings(const OptionArguments& arguments,
+                                             const std::string& best_method = "nearest");
 
 }  // namespace deepuav

@@ -10,6 +10,7 @@
 #include "deepuav/evaluation/report_page.h"
 #include "deepuav/evaluation/report_plots.h"
 #include "deepuav/io/atomic_file.h"
+#include "deepuav/io/folder_lock.h"
 #include "evaluation_arguments.h"
 
 namespace deepuav {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <sstream>
 
+#include "deepuav/assembly/shipped_files.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
 #include "deepuav/base/option_bounds.h"
@@ -11,7 +12,6 @@
 #include "deepuav/io/options_file.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/io/yaml_map.h"
-#include "shipped_files.h"
 
 namespace deepuav {
 namespace {

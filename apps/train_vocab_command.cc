@@ -5,16 +5,16 @@
 #include <memory>
 #include <span>
 
-#include "any_size_extractor.h"
 #include "argument_checks.h"
 #include "commands.h"
+#include "deepuav/assembly/any_size_extractor.h"
+#include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/place/vocabulary_training.h"
 #include "option_arguments.h"
 #include "progress_bar.h"
-#include "shipped_models.h"
 #include "training_images.h"
 
 namespace deepuav {

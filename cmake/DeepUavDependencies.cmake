@@ -15,21 +15,37 @@ find_package(CLI11 REQUIRED)
 if(DEEPUAV_BENCH)
   find_package(Ceres 2.1 QUIET)  # Only to compare the bundle adjustment with.
 endif()
-find_package(embree 3.13 REQUIRED)
+if(DEEPUAV_SIMULATION)
+  find_package(embree 3.13 REQUIRED)
+endif()
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
-find_package(GTest REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EXIF REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(GEOGRAPHICLIB REQUIRED IMPORTED_TARGET geographiclib)
 
-# The wheel of OpenVINO, unpacked by scripts/setup.sh, carries the C++ headers, libraries and CMake files.
-set(DEEPUAV_OPENVINO ${PROJECT_SOURCE_DIR}/.deps/openvino CACHE PATH "Folder of the unpacked OpenVINO wheel")
+# The wheel of OpenVINO carries the C++ headers, libraries and CMake files: scripts/setup.sh unpacks it; pip, which builds
+# the Python package, installs it.
+set(openvino_folder ${PROJECT_SOURCE_DIR}/.deps/openvino)
+if(DEEPUAV_WHEEL AND NOT EXISTS ${openvino_folder})
+  find_package(Python 3.10 REQUIRED COMPONENTS Interpreter)
+  execute_process(COMMAND ${Python_EXECUTABLE} -c "import importlib.util as u, os
+print(os.path.dirname(u.find_spec('openvino').origin))"
+    OUTPUT_VARIABLE openvino_folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+endif()
+set(DEEPUAV_OPENVINO ${openvino_folder} CACHE PATH "Folder of OpenVINO's wheel, unpacked or installed")
 if(NOT EXISTS ${DEEPUAV_OPENVINO}/cmake/OpenVINOConfig.cmake)
   message(FATAL_ERROR "No OpenVINO in ${DEEPUAV_OPENVINO}: run scripts/setup.sh")
 endif()
 find_package(OpenVINO REQUIRED COMPONENTS Runtime PATHS ${DEEPUAV_OPENVINO}/cmake NO_DEFAULT_PATH)
-include(GoogleTest)
+if(DEEPUAV_TESTS)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+endif()
+
+if(NOT DEEPUAV_REPORT)
+  return()
+endif()
 
 # What the report's page draws with: Debian's libjs-three and libjs-chart.js.
 set(DEEPUAV_JAVASCRIPT /usr/share/javascript CACHE PATH "Folder of JavaScript libraries: three and chart.js")

@@ -1,11 +1,16 @@
-# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...] [OPENVINO_TESTS filter])
+# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...] [OPENVINO_TESTS filter]
+#                [EXCLUDE regex])
 #
-# One library target of the folder's sources, and one test program of its *_test.cc. DEPENDS are the modules whose headers
+# One library target of the folder's sources, and one test program of its *_test.cc, but for those that EXCLUDE matches.
+# Modules are made so that they can become part of the shared library, which shows nothing of them. DEPENDS are the modules whose headers
 # this one may include: tests/include_graph_test.py holds the sources to them. OPENVINO_TESTS, a filter as of
 # --gtest_filter, picks the tests that run a network; ctest knows them by the label "openvino".
 function(deepuav_module NAME)
-  cmake_parse_arguments(ARG "" "OPENVINO_TESTS" "DEPENDS;LINK;TEST_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "OPENVINO_TESTS;EXCLUDE" "DEPENDS;LINK;TEST_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
+  if(ARG_EXCLUDE)
+    list(FILTER sources EXCLUDE REGEX "${ARG_EXCLUDE}")
+  endif()
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cc$")
   list(FILTER tests INCLUDE REGEX "_test\\.cc$")
@@ -14,12 +19,14 @@ function(deepuav_module NAME)
   if(sources)
     add_library(deepuav_${NAME} STATIC ${sources})
     target_link_libraries(deepuav_${NAME} PUBLIC deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
+    set_target_properties(deepuav_${NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
+      VISIBILITY_INLINES_HIDDEN ON)
   else()
     add_library(deepuav_${NAME} INTERFACE)
     target_link_libraries(deepuav_${NAME} INTERFACE deepuav_settings ${ARG_DEPENDS} ${ARG_LINK})
   endif()
 
-  if(tests)
+  if(tests AND DEEPUAV_TESTS)
     add_executable(deepuav_${NAME}_test ${tests})
     target_link_libraries(deepuav_${NAME}_test PRIVATE deepuav_${NAME} ${ARG_TEST_LINK} GTest::gmock GTest::gtest_main)
     # A program's first start reads its libraries from a cold disk: 5 s, the default, are not always enough to list tests.

@@ -1,4 +1,8 @@
+option(DEEPUAV_TESTS "Build the tests (GoogleTest)" ON)
 option(DEEPUAV_BENCH "Build the micro benchmarks" ON)
+option(DEEPUAV_SIMULATION "Build the simulator and the commands that need it (Embree)" ON)
+option(DEEPUAV_REPORT "Build the report's page (three.js and Chart.js)" ON)
+option(DEEPUAV_WHEEL "Build and install what the Python package holds: pyproject.toml sets it" OFF)
 set(DEEPUAV_SANITIZER "" CACHE STRING "address (with undefined), thread or empty")
 set(DEEPUAV_ARCH "x86-64-v3" CACHE STRING "-march= on x86-64; one level for all, so results do not depend on the machine that built")
 

@@ -6,4 +6,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 mode=(-i)
 if [[ ${1:-} == --check ]]; then mode=(--dry-run --Werror); fi
-find src apps tests bench \( -name '*.h' -o -name '*.cc' \) -print0 | xargs -0 -r clang-format "${mode[@]}"
+find src apps tests bench examples python \( -name '*.h' -o -name '*.cc' \) -print0 | xargs -0 -r clang-format "${mode[@]}"

@@ -38,6 +38,8 @@ TIMELESS = ("localisation", "survey", *SIBLINGS)
 TIMELESS_FORBIDDEN = re.compile(
     r"<(?:thread|mutex|shared_mutex|chrono|condition_variable|future|atomic)>|\bdeepuav/base/queue\.h\b|\bStopwatch\b"
 )
+# What is compiled against the installed library.
+OUTSIDE = ("python", "examples", "tests/consumer")
 LIBRARY_FORBIDDEN = re.compile(
     r"\bstd::(?:cout|cerr|clog)\b|\b(?:v?f?printf|puts|putchar)\s*\(|\bfmt::print\b|\b(?:quick_)?exit\s*\("
     r"|\babort\s*\(|\bsleep_(?:for|until)\b|\bu?sleep\s*\("
@@ -141,6 +143,11 @@ def find_violations(root):
         for path in sources(listing.parent):
             name = path.relative_to(root).as_posix()
             violations += check_source(path, name, module, depends, test_links)
+    for folder in OUTSIDE:
+        for path in sources(root / folder):
+            text = without_comments(path.read_text(), keep_literals=True)
+            for used in sorted(set(MODULE_INCLUDE.findall(text)) - {"api"}):
+                violations.append(f"{path.relative_to(root).as_posix()}: includes {used}: other programs may include api alone")
     for folder in ("src", "apps", "bench", "tests"):
         for path in sources(root / folder):
             name = path.relative_to(root).as_posix()
@@ -229,6 +236,11 @@ class CheckTest(unittest.TestCase):
             self.assert_refused("src/deepuav/tracking/a.h", f"#include <{header}>", f"mentions <{header}>")
         self.assert_refused("src/deepuav/tracking/a.h", '#include "deepuav/base/queue.h"', "base/queue.h")
         self.assert_refused("src/deepuav/tracking/a.cc", "Stopwatch watch;", "Stopwatch")
+
+    def test_refuses_the_inside_in_other_programs(self):
+        for name in ("python/src/a.cc", "examples/cpp/a.cc", "tests/consumer/a.cc"):
+            self.assert_refused(name, '#include "deepuav/system/slam.h"', "other programs may include api alone")
+            self.assertEqual(self.violations_with(name, "#include <deepuav/api/slam.h>"), [])
 
     def test_refuses_openvino_outside_inference(self):
         for name in ("src/deepuav/geometry/a.h", "apps/run.cc", "tests/a_test.cc"):

@@ -4,6 +4,9 @@
 
 namespace deepuav {
 
+/// Makes the folder and those above it. Throws Error naming it.
+void MakeOutputFolder(const std::filesystem::path& folder);
+
 /// Held by the one process that writes into a folder; the system ends it with the process, however
 /// that ends. Leaves no file.
 class FolderLock {

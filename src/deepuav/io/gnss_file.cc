@@ -221,12 +221,14 @@ void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Ta
   }
 }
 
+}  // namespace
+
 void CheckOnGlobe(const GnssFix& fix, const std::string& where) {
   constexpr double kPole = 90, kFullTurn = 360;
-  if (std::abs(fix.latitude_deg) > kPole) {
+  if (!(std::abs(fix.latitude_deg) <= kPole)) {
     throw Error("{}: latitude is {}: expected -90 to 90 degrees", where, fix.latitude_deg);
   }
-  if (std::abs(fix.longitude_deg) > kFullTurn) {
+  if (!(std::abs(fix.longitude_deg) <= kFullTurn)) {
     throw Error("{}: longitude is {}: expected -180 to 180 degrees", where, fix.longitude_deg);
   }
   if (fix.altitude_m && !IsPossibleAltitude(*fix.altitude_m)) {
@@ -234,8 +236,6 @@ void CheckOnGlobe(const GnssFix& fix, const std::string& where) {
                 kHighest_m);
   }
 }
-
-}  // namespace
 
 bool IsPossibleAltitude(double altitude_m) {
   return altitude_m >= kLowest_m && altitude_m <= kHighest_m;

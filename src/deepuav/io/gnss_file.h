@@ -30,6 +30,9 @@ bool IsGnssFile(const std::filesystem::path& file);
 /// and for a file without fixes.
 std::vector<GnssFix> ReadGnssFile(const std::filesystem::path& file);
 
+/// Throws Error for a fix that is nowhere on Earth; `where` is named in the message.
+void CheckOnGlobe(const GnssFix& fix, const std::string& where);
+
 /// Whether what flies can be at this altitude.
 bool IsPossibleAltitude(double altitude_m);
 

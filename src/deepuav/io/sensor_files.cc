@@ -49,6 +49,8 @@ SE3 BodyFromSensor(const fs::path& folder) {
   return fs::exists(file) ? ReadEurocBodyFromSensor(file) : SE3();
 }
 
+}  // namespace
+
 ImuNoise ReadImuNoise(const fs::path& file) {
   if (!fs::exists(file)) return {};
   const YamlMap yaml = YamlMap::Read(file);
@@ -56,8 +58,6 @@ ImuNoise ReadImuNoise(const fs::path& file) {
   return {number("gyroscope_noise_density"), number("gyroscope_random_walk"),
           number("accelerometer_noise_density"), number("accelerometer_random_walk")};
 }
-
-}  // namespace
 
 std::vector<ImuSample> ReadImuFile(const fs::path& file) {
   std::vector<ImuSample> samples;

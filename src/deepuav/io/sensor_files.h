@@ -15,6 +15,10 @@ namespace deepuav {
 SensorStreams ReadEurocSensors(const std::filesystem::path& mav0,
                                const std::optional<SE3>& body_from_cam);
 
+/// What an inertial sensor's sensor.yaml of EuRoC says of its noise; nothing of a file that is not
+/// there. Throws Error naming file and field.
+ImuNoise ReadImuNoise(const std::filesystem::path& file);
+
 /// The samples of an imu0/data.csv ("ns, angular velocity, specific force").
 std::vector<ImuSample> ReadImuFile(const std::filesystem::path& file);
 

@@ -22,11 +22,32 @@ void BackEnd::AdjustBeside(bool as_soon_as_ready) {
 
 LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
   LocalMapPtr local_map = mapper_->StartMap(request);
-  if (!local_map || !loop_closer_) return local_map;
+  if (!local_map) return local_map;
+  TellOfMap(MapChange::kStarted, local_map->map, local_map->map);
+  atlas_->At(local_map->map).keyframes().ForEach([&](const Keyframe& keyframe) {
+    TellOfKeyframe(keyframe, local_map->map);
+  });
+  if (!loop_closer_) return local_map;
   atlas_->At(local_map->map).keyframes().ForEach([this](const Keyframe& keyframe) {
     loop_closer_->Remember(keyframe);
   });
   return local_map;
+}
+
+void BackEnd::TellOfKeyframe(const Keyframe& keyframe, MapId map) const {
+  if (!observer_) return;
+  KeyframeEvent event{keyframe.id, keyframe.frame.id,       keyframe.frame.time,
+                      map,         keyframe.cam_from_world, {}};
+  for (const LandmarkId id : keyframe.landmarks) {
+    const Landmark* landmark = id.valid() ? atlas_->At(map).landmarks().Find(id) : nullptr;
+    if (landmark && landmark->created_by == keyframe.id)
+      event.new_landmarks_world.push_back(landmark->position_world);
+  }
+  observer_->OnKeyframe(std::move(event));
+}
+
+void BackEnd::TellOfMap(MapChange change, MapId map, MapId into) const {
+  if (observer_) observer_->OnMap({change, map, into});
 }
 
 void BackEnd::StartAdjustment(MapId map) {
@@ -45,6 +66,8 @@ void BackEnd::ApplyAdjustment() {
   const std::unique_ptr<PendingAdjustment> finished = std::move(adjustment_);
   const GlobalAdjustment& adjustment = finished->Get();
   adjustment.Apply(&atlas_->At(adjustment.map()));
+  TellOfMap(MapChange::kAdjusted, atlas_->Current(adjustment.map()),
+            atlas_->Current(adjustment.map()));
 }
 
 /// An adjustment of a map that is corrected knows nothing of the correction and is given up.
@@ -65,6 +88,8 @@ LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
   LocalMapPtr local_map = mapper_->InsertKeyframe(request);
   const auto centre = static_cast<size_t>(local_map->centre);
   newest_ = {local_map->map, local_map->keyframes[centre].id, request.frame};
+  if (observer_)
+    TellOfKeyframe(atlas_->At(newest_->map).keyframes().At(newest_->keyframe), newest_->map);
   return local_map;
 }
 
@@ -94,6 +119,8 @@ void BackEnd::CloseLoops() {
   }
   SettleAdjustmentBefore(*correction);
   mapper_->Apply(*correction);
+  TellOfMap(correction->merges() ? MapChange::kMerged : MapChange::kLoopClosed, correction->map,
+            correction->into);
   StartAdjustment(correction->into);
 }
 

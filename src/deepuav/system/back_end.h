@@ -9,6 +9,7 @@
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/system/pending_adjustment.h"
+#include "deepuav/system/run_observer.h"
 
 namespace deepuav {
 
@@ -32,6 +33,9 @@ class BackEnd {
   /// true.
   void StopWhen(std::function<bool()> stop) { stop_ = std::move(stop); }
 
+  /// From now on `observer` (may be null; must outlive it) is told of keyframes and maps.
+  void Observe(RunObserver* observer) { observer_ = observer; }
+
   /// Nothing when the two views do not hold as a map.
   LocalMapPtr StartMap(const InitialMapRequest& request);
   LocalMapPtr InsertKeyframe(const KeyframeRequest& request);
@@ -48,6 +52,8 @@ class BackEnd {
   void StartAdjustment(MapId map);
   void FinishAdjustment();
   void ApplyAdjustment();
+  void TellOfKeyframe(const Keyframe& keyframe, MapId map) const;
+  void TellOfMap(MapChange change, MapId map, MapId into) const;
   void SettleAdjustmentBefore(const MapCorrection& correction);
 
   Atlas* atlas_;
@@ -63,6 +69,7 @@ class BackEnd {
   std::optional<Newest> newest_;
   const int adjustment_delay_keyframes_;
   bool adjust_beside_ = false, adjust_as_soon_as_ready_ = false;
+  RunObserver* observer_ = nullptr;
   std::function<bool()> stop_;
   std::unique_ptr<PendingAdjustment> adjustment_;
   int closed_loops_ = 0, merged_maps_ = 0;

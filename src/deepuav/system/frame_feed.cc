@@ -44,12 +44,13 @@ std::optional<Frame> SequentialFeed::Next() {
               MakePyramid(image->image)};
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
-  CorrectForTurn(&frame);
+  CorrectForTurn(image->turn_rad, &frame);
   return frame;
 }
 
-void SequentialFeed::CorrectForTurn(Frame* frame) const {
-  const auto turn_rad = turns_ ? turns_->At(frame->time) : std::nullopt;
+void SequentialFeed::CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const {
+  if (!turns_) return;
+  if (!turn_rad) turn_rad = turns_->At(frame->time);
   if (!turn_rad) return;
   *frame = WithMotion(*frame, {*turn_rad, Eigen::Vector3d::Zero()}, turns_->camera());
   frame->turn_is_measured = true;

@@ -33,7 +33,8 @@ class SequentialFeed : public FrameFeed {
   std::optional<Frame> Next() override;
 
  private:
-  void CorrectForTurn(Frame* frame) const;
+  /// `turn_rad`: as the image's source knows it.
+  void CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const;
 
   ImageSource* images_;
   Extractor* extractor_;

@@ -19,6 +19,7 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.tracked_online = true;
   record.map = result.pose->map;
   record.pose = result.pose->anchored;
+  record.cam_from_world = result.pose->cam_from_world;
   record.landmark_count = static_cast<int>(result.pose->matches.size());
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {

@@ -25,7 +25,8 @@ struct FrameRecord {
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
   MapId map;                    ///< Invalid where there is no pose.
   AnchoredPose pose;
-  SE3 cam_from_world;                        ///< Valid once the trajectory was finished.
+  SE3 cam_from_world;                        ///< As tracked, once the trajectory is finished as
+                                             ///< in the final map.
   int landmark_count = 0;                    ///< That spoke for the pose.
   std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
   std::shared_ptr<const Features> features;  ///< Kept where the pose is missing or doubtful...

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 
 #include "deepuav/base/ids.h"
@@ -13,6 +14,9 @@ struct TimedImage {
   Timestamp time;
   GreyImage image;
   double decode_s = 0;  ///< What reading it took.
+  /// How the camera turned from the first row to the last, in its own axes, where the source knows
+  /// it and the run's sensors do not.
+  std::optional<Eigen::Vector3d> turn_rad = {};
 };
 
 /// Where the images come from. One thread at a time.
@@ -25,6 +29,8 @@ class ImageSource {
   virtual std::optional<Timestamp> UpcomingTime(int ahead) const = 0;
   /// Leaves the next image out without reading it.
   virtual void Skip() = 0;
+  /// Whether images come when they are taken, and the source itself leaves out those that are late.
+  virtual bool KeepsPace() const { return false; }
 };
 
 }  // namespace deepuav

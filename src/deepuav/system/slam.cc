@@ -153,6 +153,11 @@ void Slam::Load(Atlas atlas) {
   }
 }
 
+void Slam::Observe(RunObserver* observer) {
+  observer_ = observer;
+  back_end_.Observe(observer);
+}
+
 SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& progress,
                      const std::function<bool()>& stop) {
   SlamResult result;
@@ -165,8 +170,8 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     std::optional<ReadoutTurns> turns;
     if (camera_.readout_s > 0)
       turns.emplace(sensors_.imu, options_.sensors.imu.max_imu_gap_s, camera_);
-    SequentialFeed sequential(live ? &live_images : images, perception_.extractor, &clock_,
-                              turns ? &*turns : nullptr);
+    SequentialFeed sequential(live && !images->KeepsPace() ? &live_images : images,
+                              perception_.extractor, &clock_, turns ? &*turns : nullptr);
     std::optional<PrefetchingFeed> prefetching;
     std::unique_ptr<MappingLane> mapping;
     if (schedule == Schedule::kSequential) {
@@ -180,6 +185,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     ProcessAll(feed, mapping.get(), live, progress, stop, &result);
     ended = true;
   }
+  if (sensors_at_end_) sensors_ = sensors_at_end_();
   Finish(stop, &result);
   result.skipped_late = live_images.skipped();
   result.relocalisations = relocalisations_;
@@ -203,6 +209,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       result->frames.push_back(Process(*frame, mapping, live));
       LimitFeatures(&result->frames);
       ThinOld(&result->frames);
+      if (observer_) observer_->OnFrame(result->frames.back());
       if (progress) progress(result->frames.back());
     }
     JudgeLast(&result->frames);

@@ -19,6 +19,7 @@
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/inertial_gauge.h"
 #include "deepuav/system/mapping_lane.h"
+#include "deepuav/system/run_observer.h"
 #include "deepuav/system/shared_matcher.h"
 #include "deepuav/system/stage_clock.h"
 #include "deepuav/system/trajectory_finish.h"
@@ -140,6 +141,14 @@ class Slam {
   /// What other sensors measured meanwhile, on the images' clock: gives the maps their scale, level
   /// and place on Earth at the end of the run.
   void UseSensors(SensorStreams streams) { sensors_ = std::move(streams); }
+  /// The same where samples come in beside the images: `streams` is asked once, after the last
+  /// image. What images turned by while they were read then comes with them.
+  void UseSensorsAtEnd(std::function<SensorStreams()> streams) {
+    sensors_at_end_ = std::move(streams);
+  }
+
+  /// `observer` (may be null) must outlive the run.
+  void Observe(RunObserver* observer);
 
   /// Runs over all images. `stop` is asked before each frame, in other threads too while an image
   /// is waited for or the whole map is adjusted; once it says true the run ends as if there were no
@@ -198,6 +207,8 @@ class Slam {
   Relocaliser relocaliser_;
   int relocalisations_ = 0;
   SensorStreams sensors_;
+  std::function<SensorStreams()> sensors_at_end_;
+  RunObserver* observer_ = nullptr;
   std::optional<Timestamp> turned_at_;  ///< When a lost camera was last looked for turned.
   KeyframeId first_new_keyframe_{0};    ///< Those before it came with Load.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.

@@ -150,7 +150,8 @@ TrackedPose Tracker::Describe(const LocatedFrame& located) const {
   TrackedPose pose{
       local_map_->map,
       {reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
-      {}};
+      {},
+      located.cam_from_world};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
     pose.matches.push_back({seen.keypoint,

@@ -38,6 +38,7 @@ struct TrackedPose {
   MapId map;
   AnchoredPose anchored;
   std::vector<LandmarkMatch> matches;
+  SE3 cam_from_world = {};  ///< In the local map that it was located in.
 };
 
 /// What became of one frame.

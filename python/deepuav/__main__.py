@@ -1,0 +1,3 @@
+from deepuav._program import main
+
+main()

@@ -1,0 +1,119 @@
+#include "callbacks.h"
+
+#include <nanobind/stl/string.h>
+
+#include <utility>
+#include <vector>
+
+#include "arrays.h"
+
+namespace deepuav::python {
+namespace {
+
+std::string NameOf(api::MapChange change) {
+  switch (change) {
+    case api::MapChange::kStarted:
+      return "started";
+    case api::MapChange::kLoopClosed:
+      return "loop closed";
+    case api::MapChange::kMerged:
+      return "merged";
+    case api::MapChange::kAdjusted:
+      return "adjusted";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string NameOf(api::FrameState state) {
+  switch (state) {
+    case api::FrameState::kTracked:
+      return "tracked";
+    case api::FrameState::kLocated:
+      return "located";
+    case api::FrameState::kInitialising:
+      return "initialising";
+    case api::FrameState::kLost:
+      return "lost";
+  }
+  return "";
+}
+
+Callbacks::Callbacks(nb::object on_frame, nb::object on_keyframe, nb::object on_map)
+    : on_frame_(std::move(on_frame)),
+      on_keyframe_(std::move(on_keyframe)),
+      on_map_(std::move(on_map)) {}
+
+Callbacks::~Callbacks() {
+  const nb::gil_scoped_acquire locked;
+  Clear();
+}
+
+int Callbacks::Visit(visitproc visit, void* arg) const {
+  Py_VISIT(on_frame_.ptr());
+  Py_VISIT(on_keyframe_.ptr());
+  Py_VISIT(on_map_.ptr());
+  return 0;
+}
+
+void Callbacks::Clear() {
+  on_frame_.reset();
+  on_keyframe_.reset();
+  on_map_.reset();
+}
+
+template <typename Fill>
+void Callbacks::Call(const nb::object& to_call, const Fill& fill) {
+  const nb::gil_scoped_acquire locked;
+  const nb::object function = to_call;  // which Clear may take away meanwhile
+  if (!function.is_valid() || function.is_none()) return;
+  try {
+    nb::dict told;
+    fill(told);
+    function(told);
+  } catch (nb::python_error& error) {
+    error.restore();
+    PyErr_WriteUnraisable(function.ptr());
+  }
+}
+
+void Callbacks::OnFrame(const api::FrameEvent& event) {
+  const api::Frame& frame = event.frame;
+  Call(on_frame_, [&](nb::dict& told) {
+    told["id"] = frame.id;
+    told["time_ns"] = frame.time_ns;
+    told["state"] = NameOf(frame.state);
+    told["reason"] = frame.reason;
+    told["map"] = frame.map;
+    told["landmarks"] = frame.landmarks;
+    told["world_from_camera"] =
+        frame.map < 0 ? nb::object(nb::none()) : nb::cast(PoseMatrix(frame.world_from_camera));
+  });
+}
+
+void Callbacks::OnKeyframe(const api::KeyframeEvent& event) {
+  constexpr std::size_t kAxes = 3;
+  Call(on_keyframe_, [&](nb::dict& told) {
+    told["id"] = event.keyframe.id;
+    told["frame"] = event.frame;
+    told["time_ns"] = event.keyframe.time_ns;
+    told["map"] = event.keyframe.map;
+    told["world_from_camera"] = PoseMatrix(event.keyframe.world_from_camera);
+    std::vector<double> points;
+    for (const api::Vector3& point : event.new_landmarks_world)
+      points.insert(points.end(), {point.x, point.y, point.z});
+    told["new_landmarks_world"] =
+        MakeArray(std::move(points), event.new_landmarks_world.size(), {kAxes});
+  });
+}
+
+void Callbacks::OnMap(const api::MapEvent& event) {
+  Call(on_map_, [&](nb::dict& told) {
+    told["change"] = NameOf(event.change);
+    told["map"] = event.map;
+    told["into"] = event.into;
+  });
+}
+
+}  // namespace deepuav::python

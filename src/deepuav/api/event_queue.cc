@@ -1,0 +1,92 @@
+#include "deepuav/api/event_queue.h"
+
+#include <utility>
+
+#include "deepuav/api/conversions.h"
+#include "deepuav/base/logging.h"
+
+namespace deepuav::api {
+
+static_assert(static_cast<int>(MapChange::kAdjusted) ==
+              static_cast<int>(core::MapChange::kAdjusted));
+
+EventQueue::EventQueue(Observer* observer, size_t capacity)
+    : observer_(observer), capacity_(capacity), thread_([this] { Deliver(); }) {}
+
+EventQueue::~EventQueue() {
+  {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+  }
+  filled_.notify_one();
+  thread_.join();
+}
+
+void EventQueue::OnFrame(const FrameRecord& record) { Push(FrameEvent{FrameOf(record)}); }
+
+void EventQueue::OnKeyframe(core::KeyframeEvent event) {
+  KeyframeEvent told;
+  told.keyframe = {event.id.value,
+                   event.time.nanoseconds,
+                   static_cast<int>(event.map.value),
+                   ToApi(event.cam_from_world.Inverse()),
+                   {}};
+  told.frame = event.frame.value;
+  told.new_landmarks_world.reserve(event.new_landmarks_world.size());
+  for (const Eigen::Vector3d& point : event.new_landmarks_world)
+    told.new_landmarks_world.push_back(ToApi(point));
+  Push(std::move(told));
+}
+
+void EventQueue::OnMap(const core::MapEvent& event) {
+  Push(MapEvent{static_cast<MapChange>(event.change), static_cast<int>(event.map.value),
+                static_cast<int>(event.into.value)});
+}
+
+void EventQueue::Push(Event event) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (events_.size() == capacity_) {
+      events_.pop_front();
+      ++dropped_;
+    }
+    events_.push_back(std::move(event));
+  }
+  filled_.notify_one();
+}
+
+void EventQueue::Deliver() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    filled_.wait(lock, [this] { return closed_ || !events_.empty(); });
+    if (events_.empty()) return;
+    const Event event = std::move(events_.front());
+    events_.pop_front();
+    const std::int64_t dropped = std::exchange(dropped_, 0);
+    lock.unlock();
+    Tell(event, dropped);
+    lock.lock();
+  }
+}
+
+void EventQueue::Tell(const Event& event, std::int64_t dropped) {
+  if (is_broken_) return;
+  try {
+    if (dropped > 0) observer_->OnDropped(dropped);
+    if (const auto* frame = std::get_if<FrameEvent>(&event)) observer_->OnFrame(*frame);
+    if (const auto* keyframe = std::get_if<KeyframeEvent>(&event)) observer_->OnKeyframe(*keyframe);
+    if (const auto* map = std::get_if<MapEvent>(&event)) observer_->OnMap(*map);
+  } catch (...) {
+    is_broken_ = true;
+    Log().warn("an observer threw and is told nothing more");
+  }
+}
+
+Observer::Observer() = default;
+Observer::~Observer() = default;
+void Observer::OnFrame(const FrameEvent& /*event*/) {}
+void Observer::OnKeyframe(const KeyframeEvent& /*event*/) {}
+void Observer::OnMap(const MapEvent& /*event*/) {}
+void Observer::OnDropped(std::int64_t /*dropped*/) {}
+
+}  // namespace deepuav::api

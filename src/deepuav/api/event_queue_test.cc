@@ -1,0 +1,89 @@
+#include "deepuav/api/event_queue.h"
+
+#include <gmock/gmock.h>
+
+#include <future>
+#include <stdexcept>
+
+namespace deepuav::api {
+namespace {
+
+using ::testing::ElementsAre;
+
+FrameRecord RecordOf(int64_t id) {
+  FrameRecord record;
+  record.id.value = id;
+  record.map.value = 3;
+  record.tracked_online = true;
+  record.cam_from_world = SE3(Eigen::Quaterniond::Identity(), {1, 2, 3});
+  return record;
+}
+
+class Recorder : public Observer {
+ public:
+  void OnFrame(const FrameEvent& event) override {
+    frames.push_back(event.frame);
+    if (block) released.wait();
+    if (throws) throw std::runtime_error("no");
+  }
+  void OnMap(const MapEvent& event) override { maps.push_back(event); }
+  void OnDropped(std::int64_t count) override { dropped += count; }
+
+  std::vector<Frame> frames;
+  std::vector<MapEvent> maps;
+  std::int64_t dropped = 0;
+  bool block = false, throws = false;
+  std::shared_future<void> released;
+};
+
+std::vector<std::int64_t> Ids(const Recorder& recorder) {
+  std::vector<std::int64_t> ids;
+  for (const Frame& frame : recorder.frames) ids.push_back(frame.id);
+  return ids;
+}
+
+TEST(EventQueue, TellsAllInOrderBeforeItEnds) {
+  Recorder recorder;
+  {
+    EventQueue queue(&recorder);
+    for (int64_t id : {0, 1, 2}) queue.OnFrame(RecordOf(id));
+    queue.OnMap({::deepuav::MapChange::kMerged, MapId{1}, MapId{0}});
+  }
+  EXPECT_THAT(Ids(recorder), ElementsAre(0, 1, 2));
+  EXPECT_EQ(recorder.frames[0].map, 3);
+  EXPECT_EQ(recorder.frames[0].state, FrameState::kTracked);
+  EXPECT_EQ(recorder.frames[0].world_from_camera.translation.y, -2);
+  ASSERT_EQ(recorder.maps.size(), 1u);
+  EXPECT_EQ(recorder.maps[0].change, MapChange::kMerged);
+  EXPECT_EQ(recorder.maps[0].map, 1);
+  EXPECT_EQ(recorder.maps[0].into, 0);
+}
+
+TEST(EventQueue, DropsTheOldestOfASlowObserverAndCounts) {
+  Recorder recorder;
+  std::promise<void> release;
+  recorder.block = true;
+  recorder.released = release.get_future().share();
+  {
+    EventQueue queue(&recorder, 4);
+    constexpr int kEvents = 20;
+    for (int64_t id = 0; id < kEvents; ++id) queue.OnFrame(RecordOf(id));  // must not wait
+    release.set_value();
+  }
+  EXPECT_EQ(static_cast<std::int64_t>(recorder.frames.size()) + recorder.dropped, 20);
+  EXPECT_GE(recorder.dropped, 15);
+  EXPECT_EQ(recorder.frames.back().id, 19);
+}
+
+TEST(EventQueue, AnObserverThatThrowsIsToldNothingMore) {
+  Recorder recorder;
+  recorder.throws = true;
+  {
+    EventQueue queue(&recorder);
+    for (int64_t id : {0, 1}) queue.OnFrame(RecordOf(id));
+  }
+  EXPECT_THAT(Ids(recorder), ElementsAre(0));
+}
+
+}  // namespace
+}  // namespace deepuav::api

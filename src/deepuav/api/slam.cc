@@ -1,0 +1,172 @@
+#include "deepuav/api/slam.h"
+
+#include <utility>
+
+#include "deepuav/api/conversions.h"
+#include "deepuav/api/event_queue.h"
+#include "deepuav/api/guarded.h"
+#include "deepuav/api/options_data.h"
+#include "deepuav/assembly/dataset_run.h"
+#include "deepuav/assembly/pushed_run.h"
+#include "deepuav/assembly/run_summary.h"
+#include "deepuav/io/euroc_sensor.h"
+#include "deepuav/io/folder_lock.h"
+#include "deepuav/io/sensor_files.h"
+
+namespace deepuav::api {
+namespace {
+
+PushRequest RequestOf(const Camera& camera, const RunSetup& setup) {
+  PushRequest request;
+  request.camera = ToCore(camera);
+  request.schedule = setup.schedule;
+  request.map = setup.map;
+  request.queue_size = setup.queue_size;
+  constexpr const char* kSource = "pushed samples";
+  if (const auto& imu = setup.imu) {
+    request.imu = ImuStream{kSource,
+                            {imu->gyroscope_noise_density, imu->gyroscope_random_walk,
+                             imu->accelerometer_noise_density, imu->accelerometer_random_walk},
+                            ToCore(imu->camera_from_imu),
+                            {}};
+  }
+  request.gnss.source = request.barometer.source = kSource;
+  request.gnss.antenna_cam_m = ToCore(setup.gnss.antenna_camera_m);
+  request.gnss.clock_sigma_s = setup.gnss.clock_sigma_s;
+  request.barometer.sensor_cam_m = ToCore(setup.barometer_camera_m);
+  return request;
+}
+
+std::unique_ptr<EventQueue> QueueFor(Observer* observer) {
+  return observer ? std::make_unique<EventQueue>(observer) : nullptr;
+}
+
+}  // namespace
+
+struct Result::Data {
+  FinishedRun run;
+};
+
+struct Slam::Data {
+  Data(const Camera& camera, const Options& options, const RunSetup& setup)
+      : events(QueueFor(setup.observer)),
+        run(RequestOf(camera, setup), Access::Settings(options), events.get()) {}
+
+  std::unique_ptr<EventQueue> events;
+  PushedRun run;
+};
+
+ImuSensor ReadImuSensor(const std::string& camera_file, const std::string& imu_file) {
+  return Guarded([&] {
+    const SE3 cam_from_body = ReadEurocBodyFromSensor(camera_file).Inverse();
+    const ImuNoise noise = ReadImuNoise(imu_file);
+    return ImuSensor{ToApi(cam_from_body * ReadEurocBodyFromSensor(imu_file)),
+                     noise.gyroscope_noise_density, noise.gyroscope_random_walk,
+                     noise.accelerometer_noise_density, noise.accelerometer_random_walk};
+  });
+}
+
+Result::Result(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+Result::Result(Result&& other) noexcept = default;
+Result& Result::operator=(Result&& other) noexcept = default;
+Result::~Result() = default;
+
+std::vector<Frame> Result::Frames() const {
+  const auto numbers = NumbersInFile(data_->run.atlas);
+  std::vector<Frame> frames;
+  for (const FrameRecord& record : data_->run.result.frames) {
+    Frame frame = FrameOf(record);
+    if (record.located())
+      frame.map = static_cast<int>(numbers.at(data_->run.atlas.Current(record.map)));
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+std::vector<Keyframe> Result::Keyframes() const {
+  return KeyframesOf(data_->run.atlas, data_->run.facts.map_origin.image_names);
+}
+
+std::vector<Landmark> Result::Landmarks() const { return LandmarksOf(data_->run.atlas); }
+
+std::vector<MapInfo> Result::Maps() const { return MapsOf(data_->run.atlas); }
+
+int Result::MainMap() const {
+  const MapId main = core::MainMap(FramesByMap(data_->run.atlas, data_->run.result));
+  return main.valid() ? static_cast<int>(NumbersInFile(data_->run.atlas).at(main)) : -1;
+}
+
+Camera Result::FinalCamera() const { return ToApi(data_->run.facts.calibration.camera); }
+
+std::string Result::Failure() const { return data_->run.result.failure; }
+
+std::string Result::SummaryJson() const {
+  const FinishedRun& run = data_->run;
+  return Guarded([&] { return SummaryText(run.atlas, run.result, run.facts); });
+}
+
+void Result::Write(const std::string& folder) const {
+  Guarded([&] {
+    MakeOutputFolder(folder);
+    const FolderLock lock(folder);
+    WriteRunOutput(folder, data_->run);
+  });
+}
+
+Slam::Slam(const Camera& camera, const Options& options, const RunSetup& setup)
+    : data_(Guarded([&] { return std::make_unique<Data>(camera, options, setup); })) {}
+Slam::Slam(Slam&& other) noexcept = default;
+Slam& Slam::operator=(Slam&& other) noexcept = default;
+Slam::~Slam() = default;
+
+void Slam::Feed(const ImageView& image, std::int64_t time_ns) {
+  Guarded([&] { data_->run.Feed(GreyOf(image), {time_ns}); });
+}
+
+void Slam::FeedImu(const ImuSample& sample) {
+  Guarded([&] {
+    data_->run.FeedImu({{sample.time_ns},
+                        ToCore(sample.angular_velocity_rad_s),
+                        ToCore(sample.specific_force_m_s2)});
+  });
+}
+
+void Slam::FeedFix(const GnssFix& fix) {
+  Guarded([&] {
+    data_->run.FeedFix(
+        {{fix.time_ns}, fix.latitude_deg, fix.longitude_deg, fix.altitude_m, ToCore(fix.sigma_m)});
+  });
+}
+
+void Slam::FeedBarometer(const BarometerSample& sample) {
+  Guarded([&] { data_->run.FeedBarometer({{sample.time_ns}, 0, sample.altitude_m}); });
+}
+
+Result Slam::Finish() {
+  return Guarded([&] {
+    auto data = std::make_unique<Result::Data>();
+    data->run = data_->run.Finish();
+    data_->events.reset();
+    return Result(std::move(data));
+  });
+}
+
+Result Run(const DatasetSetup& setup, const Options& options) {
+  return Guarded([&] {
+    DatasetRun run({setup.dataset,
+                    setup.camera,
+                    setup.map,
+                    setup.schedule,
+                    setup.use,
+                    {setup.start, setup.end, setup.stride}},
+                   Access::Settings(options));
+    const std::unique_ptr<EventQueue> events = QueueFor(setup.observer);
+    RunHooks hooks;
+    hooks.observer = events.get();
+    auto data = std::make_unique<Result::Data>();
+    data->run = run.Run(hooks);
+    return Result(std::move(data));
+  });
+}
+
+}  // namespace deepuav::api

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "deepuav/assembly/dataset_images.h"
+#include "deepuav/assembly/finished_run.h"
+#include "deepuav/assembly/loaded_maps.h"
+#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/sample_calibration.h"
+#include "deepuav/assembly/sensor_use.h"
+
+namespace deepuav {
+
+/// Which dataset is run, and how; what the options say comes beside it.
+struct DatasetRequest {
+  std::string dataset;  ///< Folder or video file.
+  std::string camera;   ///< A camera.yaml that overrides the dataset's calibration, or empty.
+  std::string map;      ///< A map.deepuav to go on with, or empty.
+  std::string schedule = "threaded";
+  std::string use = "auto";  ///< Sensors, as ReadSensorsUsed.
+  FrameRange range;
+};
+
+/// Throws WrongUse where a run that only localises has no maps, or no means to find itself in them.
+void CheckLocalising(const RunOptions& options, const std::string& map);
+
+/// SLAM over a dataset, a folder of photographs or a video. One run an instance. Not thread-safe.
+class DatasetRun {
+ public:
+  /// Opens the dataset and reads what is used of its sensors. Throws WrongUse for a request that
+  /// cannot be, Error for what cannot be read.
+  DatasetRun(DatasetRequest request, std::unique_ptr<RunSettings> settings);
+  ~DatasetRun();
+
+  int images() const { return images_.count(); }
+
+  /// What ends it early is told in the result. Throws Error for networks and maps that are missing,
+  /// damaged or do not fit.
+  FinishedRun Run(const RunHooks& hooks);
+
+ private:
+  RunFacts FactsBefore(const Eyes& eyes, const std::optional<LoadedAtlas>& loaded) const;
+  /// Photographs are mapped all at once, unless they are to be found in maps that are there or
+  /// there are too many.
+  bool IsSurvey() const;
+  void RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& hooks, FinishedRun* run);
+  void RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
+                  const RunHooks& hooks, FinishedRun* run);
+
+  const Stopwatch since_start_;
+  const DatasetRequest request_;
+  const std::unique_ptr<RunSettings> settings_;
+  RunOptions& options_;
+  const Schedule schedule_;
+  const std::unique_ptr<Dataset> dataset_;
+  DatasetImages images_;
+  SensorUse sensors_;
+  std::optional<RefinedLens> lens_;  ///< Where the images told it.
+};
+
+}  // namespace deepuav

@@ -1,0 +1,82 @@
+#include "deepuav/assembly/found_calibration.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "deepuav/geometry/camera_scale.h"
+
+namespace deepuav {
+namespace {
+
+const char* ModelName(LensModel lens) {
+  switch (lens) {
+    case LensModel::kPinhole:
+      return "pinhole";
+    case LensModel::kRadialTangential:
+      return "radial_tangential";
+    case LensModel::kEquidistant:
+      return "equidistant";
+  }
+  return "";
+}
+
+std::string LensComments(const RefinedLens& lens, double fx) {
+  const CalibrationSigmas& sigmas = lens.sigmas;
+  std::string text = fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}",
+                                 sigmas.focal * fx, sigmas.k1, sigmas.k2);
+  if (sigmas.centre > 0) {
+    text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
+                        sigmas.tangential);
+  }
+  text += "\n";
+  if (lens.readout_s != 0) {
+    text += fmt::format(
+        "# rolling shutter: {:.4f} s from the first row to the last (standard deviation {:.4f})\n",
+        lens.readout_s, sigmas.readout_s);
+  }
+  return text;
+}
+
+}  // namespace
+
+FoundCalibration DescribeCalibration(const Camera& stored, const std::string& source,
+                                     const Camera& camera, const std::optional<RefinedLens>& lens) {
+  return {ScaledCamera(camera, stored.width, stored.height), source, stored.pinhole.fx, lens};
+}
+
+std::string CalibrationYaml(const FoundCalibration& calibration) {
+  const Camera& camera = calibration.camera;
+  std::string yaml = fmt::format("# started from: {}, {:.1f} px\n", calibration.source,
+                                 calibration.start_focal_px);
+  if (calibration.lens) yaml += LensComments(*calibration.lens, camera.pinhole.fx);
+  yaml += fmt::format(
+      "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
+      ModelName(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
+      camera.pinhole.cx, camera.pinhole.cy);
+  if (!camera.distortion.empty())
+    yaml += fmt::format("distortion: [{:.9g}]\n", fmt::join(camera.distortion, ", "));
+  if (camera.rate_hz > 0) yaml += fmt::format("rate_hz: {:.6g}\n", camera.rate_hz);
+  return yaml;
+}
+
+std::string CalibrationText(const FoundCalibration& calibration) {
+  const double focal_px = calibration.camera.pinhole.fx;
+  std::string text = fmt::format("focal length {:.1f} px", focal_px);
+  if (const auto& lens = calibration.lens) {
+    text += fmt::format(" (standard deviation {:.1f})", lens->sigmas.focal * focal_px);
+    if (!calibration.camera.distortion.empty())
+      text +=
+          fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0], lens->sigmas.k1);
+    if (lens->readout_s != 0)
+      text += fmt::format(", rolling shutter {:.1f} ms", 1000 * lens->readout_s);
+  }
+  text += fmt::format("; from {}", calibration.source);
+  constexpr double kWorthSaying = 0.2;
+  if (std::abs(std::log(focal_px / calibration.start_focal_px)) > kWorthSaying)
+    text += fmt::format(", which said {:.1f} px: wrong", calibration.start_focal_px);
+  return text + "\n";
+}
+
+}  // namespace deepuav

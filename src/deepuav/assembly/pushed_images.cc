@@ -1,0 +1,124 @@
+#include "deepuav/assembly/pushed_images.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "deepuav/base/error.h"
+#include "deepuav/inertial/readout_turn.h"
+
+namespace deepuav {
+namespace {
+
+Timestamp Shifted(Timestamp time, double seconds) {
+  return {time.nanoseconds + static_cast<int64_t>(std::llround(1e9 * seconds))};
+}
+
+bool Earlier(const ImuSample& sample, Timestamp time) { return sample.time < time; }
+
+}  // namespace
+
+PushedImages::PushedImages(const Camera& camera, ImuStream imu, const PushedImagesOptions& options)
+    : camera_(camera), options_(options), imu_(std::move(imu)) {}
+
+bool PushedImages::Push(GreyImage image, Timestamp time, double decode_s) {
+  std::unique_lock lock(mutex_);
+  if (last_time_ && time <= *last_time_) {
+    throw Error("image of time {} ns: expected a later time than {} ns, that of the one before",
+                time.nanoseconds, last_time_->nanoseconds);
+  }
+  if (!HasRoom()) {
+    ++blocked_;
+    filled_.notify_one();
+    room_.wait(lock, [this] { return closed_ || HasRoom(); });
+    --blocked_;
+  }
+  if (closed_) return false;
+  if (options_.newest_only && !images_.empty()) {
+    waits_in_vain_ = !FrontIsCovered();
+    images_.clear();
+    ++skipped_;
+  }
+  last_time_ = time;
+  images_.push_back({FrameId{pushed_++}, time, std::move(image), decode_s});
+  filled_.notify_one();
+  return true;
+}
+
+void PushedImages::PushImu(const ImuSample& sample) {
+  if (!sample.angular_velocity.allFinite() || !sample.specific_force.allFinite())
+    throw Error("inertial sample of time {} ns: expected finite numbers", sample.time.nanoseconds);
+  const std::scoped_lock lock(mutex_);
+  if (!imu_.samples.empty() && sample.time <= imu_.samples.back().time) {
+    throw Error("inertial sample of time {} ns: expected a later time than {} ns, the last one's",
+                sample.time.nanoseconds, imu_.samples.back().time.nanoseconds);
+  }
+  imu_.samples.push_back(sample);
+  filled_.notify_one();
+}
+
+void PushedImages::Close() {
+  const std::scoped_lock lock(mutex_);
+  closed_ = true;
+  room_.notify_all();
+  filled_.notify_all();
+}
+
+void PushedImages::Abandon() {
+  const std::scoped_lock lock(mutex_);
+  closed_ = true;
+  images_.clear();
+  room_.notify_all();
+  filled_.notify_all();
+}
+
+ImuStream PushedImages::TakeImu() {
+  const std::scoped_lock lock(mutex_);
+  return std::move(imu_);
+}
+
+int PushedImages::pushed() const {
+  const std::scoped_lock lock(mutex_);
+  return pushed_;
+}
+
+int PushedImages::skipped() const {
+  const std::scoped_lock lock(mutex_);
+  return skipped_;
+}
+
+bool PushedImages::FrontIsCovered() const {
+  if (!options_.with_turns) return true;
+  const Timestamp end = Shifted(images_.front().time, camera_.readout_s / 2);
+  return !imu_.samples.empty() && imu_.samples.back().time >= end;
+}
+
+/// Who waits to push an image may be the one who would push the samples.
+bool PushedImages::MayGoUncovered() const { return waits_in_vain_ || (blocked_ > 0 && !HasRoom()); }
+
+std::optional<TimedImage> PushedImages::Next() {
+  std::unique_lock lock(mutex_);
+  filled_.wait(lock, [this] {
+    return closed_ || (!images_.empty() && (FrontIsCovered() || MayGoUncovered()));
+  });
+  if (images_.empty()) return std::nullopt;
+  waits_in_vain_ = false;
+  TimedImage image = std::move(images_.front());
+  images_.pop_front();
+  if (options_.with_turns) image.turn_rad = TurnDuring(image.time);
+  room_.notify_one();
+  return image;
+}
+
+/// By the samples around the readout, which tell the same as all of them.
+std::optional<Eigen::Vector3d> PushedImages::TurnDuring(Timestamp time) const {
+  const auto& samples = imu_.samples;
+  const double half_s = camera_.readout_s / 2;
+  auto first = std::lower_bound(samples.begin(), samples.end(), Shifted(time, -half_s), Earlier);
+  auto last = std::lower_bound(first, samples.end(), Shifted(time, half_s), Earlier);
+  if (first != samples.begin()) --first;
+  if (last != samples.end()) ++last;
+  const ImuStream around{imu_.source, imu_.noise, imu_.cam_from_imu, {first, last}};
+  return ReadoutTurns(around, options_.max_imu_gap_s, camera_).At(time);
+}
+
+}  // namespace deepuav

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+
+#include "deepuav/geometry/camera.h"
+#include "deepuav/sensors/streams.h"
+#include "deepuav/system/image_source.h"
+
+namespace deepuav {
+
+/// How images wait for the run.
+struct PushedImagesOptions {
+  size_t capacity = 4;       ///< Images that may wait.
+  bool newest_only = false;  ///< One waits at most: a newer one takes its place.
+  /// Images wait for the inertial samples of their readout: what the camera turned by comes with
+  /// them.
+  bool with_turns = false;
+  double max_imu_gap_s = 0;  ///< Between samples that are interpolated.
+};
+
+/// Images that are pushed by one thread and taken by another: the run. Thread-safe.
+class PushedImages : public ImageSource {
+ public:
+  /// `imu`: where the sensor is, and its noise; without samples.
+  PushedImages(const Camera& camera, ImuStream imu, const PushedImagesOptions& options);
+
+  /// Waits for room, unless only the newest is kept. An image that waits for inertial samples when
+  /// there is no room left goes with those that are there. Returns false once closed. Throws Error
+  /// for a time that does not come after that of the image before.
+  bool Push(GreyImage image, Timestamp time, double decode_s);
+  /// Throws Error for a time that does not come after the last sample's, or numbers that are not
+  /// finite.
+  void PushImu(const ImuSample& sample);
+  /// No more images are taken; those inside are still given, with the samples that are there.
+  void Close();
+  /// Those inside are not given any more either.
+  void Abandon();
+
+  /// The stream with all samples pushed. Only once closed.
+  ImuStream TakeImu();
+  int pushed() const;
+  /// Overtaken by newer ones.
+  int skipped() const;
+
+  std::optional<TimedImage> Next() override;
+  std::optional<Timestamp> UpcomingTime(int /*ahead*/) const override { return std::nullopt; }
+  void Skip() override {}
+  bool KeepsPace() const override { return options_.newest_only; }
+
+ private:
+  bool HasRoom() const { return options_.newest_only || images_.size() < options_.capacity; }
+  /// Whether the samples reach beyond the first image's readout.
+  bool FrontIsCovered() const;
+  bool MayGoUncovered() const;
+  std::optional<Eigen::Vector3d> TurnDuring(Timestamp time) const;
+
+  const Camera camera_;
+  const PushedImagesOptions options_;
+  mutable std::mutex mutex_;
+  std::condition_variable room_, filled_;
+  ImuStream imu_;
+  std::deque<TimedImage> images_;
+  std::optional<Timestamp> last_time_;
+  int pushed_ = 0, skipped_ = 0;
+  int blocked_ = 0;             ///< Calls of Push that wait for room.
+  bool waits_in_vain_ = false;  ///< The image before was overtaken before its samples came.
+  bool closed_ = false;
+};
+
+}  // namespace deepuav

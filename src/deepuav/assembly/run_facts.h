@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "deepuav/assembly/found_calibration.h"
+#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/sensor_use.h"
+#include "deepuav/io/map_origin.h"
+#include "deepuav/system/slam.h"
+
+namespace deepuav {
+
+/// What a run's summary tells besides its result.
+struct RunFacts {
+  std::string dataset_path, dataset_kind;
+  std::string camera_file;  ///< Given in place of the dataset's own; else empty.
+  std::string schedule, features, matcher, vocabulary;
+  std::vector<UsedModel> models;
+  int images = 0;      ///< Asked for.
+  int unreadable = 0;  ///< Left out because they could not be read.
+  double wall_s = 0;
+  double start_up_s = 0;  ///< From the start of the program to the first frame's features.
+  std::map<std::string, std::string> options;
+  std::string options_yaml;  ///< The same, for a person and for --config.
+  MapOrigin map_origin;
+  KeyframeId first_new_keyframe;  ///< Keyframes before it come from maps that were loaded.
+  FoundCalibration calibration;
+  std::string use;  ///< Sensors, as asked for.
+  std::vector<SensorFacts> sensors;
+};
+
+/// What networks and options tell; the rest is left as it is.
+RunFacts FactsOf(const Eyes& eyes, const RunSettings& settings);
+
+using FrameCounts = std::map<MapId, int>;
+
+/// Has an entry for every map of the atlas.
+FrameCounts FramesByMap(const Atlas& atlas, const SlamResult& result);
+
+/// The map in which most frames lie, the first of equals; invalid where there is none.
+MapId MainMap(const FrameCounts& frames_by_map);
+
+/// Of this process until now.
+double PeakResidentMb();
+
+}  // namespace deepuav

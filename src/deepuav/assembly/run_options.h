@@ -1,0 +1,117 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/assembly/shipped_models.h"
+#include "deepuav/base/options.h"
+#include "deepuav/features/superpoint.h"
+#include "deepuav/features/superpoint_turned.h"
+#include "deepuav/io/dataset.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/matching/superglue.h"
+#include "deepuav/place/vocabulary.h"
+#include "deepuav/system/slam.h"
+
+namespace deepuav {
+
+/// Which matcher finds the key points of one image in another without knowing their poses.
+struct MatcherChoice {
+  std::string method = "auto";
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("method", method, "",
+          "nearest (neighbours in descriptor space), superglue (a network), or auto: for pairs of "
+          "images superglue, else nearest");
+  }
+};
+
+/// What places are recognised with.
+struct PlaceOptions {
+  std::string vocabulary;
+  bool headings = true;
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("vocabulary", vocabulary, "", "file of visual words; empty: no place is recognised");
+    visit("headings", headings, "",
+          "recognise places under every heading: costs three runs of the network a keyframe");
+  }
+};
+
+/// All options of a run.
+struct RunOptions {
+  DatasetOptions images;
+  NetworkSize network;
+  SuperPointOptions features;
+  InferenceOptions inference;
+  MatcherChoice matcher;
+  NearestNeighbourOptions matching;
+  SuperGlueOptions superglue;
+  PlaceOptions places;
+  SystemOptions system;
+
+  void Check() const;
+  void Register(OptionRegistry* registry);
+};
+
+/// The options of a run and the names by which they are set: the one registry that command line,
+/// files and library share.
+struct RunSettings {
+  RunSettings() { options.Register(&registry); }
+  RunSettings(const RunSettings&) = delete;
+  RunSettings& operator=(const RunSettings&) = delete;
+
+  RunOptions options;
+  OptionRegistry registry;  ///< Refers to `options`.
+};
+
+/// Defaults, then what `set` does; where that names no file, the shipped ones. Throws WrongUse for
+/// options that are unknown or impossible.
+/// `best_method`: the matching.method that auto stands for with a shipped SuperPoint; with another
+/// network it stands for nearest, as nothing is known of its descriptors.
+std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistry*)>& set,
+                                          const std::string& best_method = "nearest");
+
+/// Without, a lost camera finds itself no more and no map is found again.
+bool RecognisesPlaces(const RunOptions& options);
+bool NeedsSuperGlue(const RunOptions& options);
+
+std::map<std::string, std::string> OptionTexts(const OptionRegistry& registry);
+
+/// The networks and the vocabulary that a run with the options loads. Throws Error for one that is
+/// missing or not as shipped.
+std::vector<UsedModel> CheckModels(const RunOptions& options);
+std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& camera);
+
+/// The networks and the vocabulary that a run sees with.
+class Eyes {
+ public:
+  /// Throws Error for files that are missing, not as shipped, or do not fit one another.
+  Eyes(const Camera& camera, const RunOptions& options);
+
+  Perception perception();
+  const SuperPoint& extractor() const { return extractor_; }
+  const Matcher& matcher() const { return *matcher_; }
+  const std::vector<UsedModel>& models() const { return models_; }
+  /// Names the vocabulary for summaries; empty where there is none.
+  std::string VocabularyDescription() const;
+
+ private:
+  std::vector<UsedModel> models_;
+  SuperPoint extractor_;
+  std::unique_ptr<Matcher> matcher_;
+  bool matcher_is_learned_;
+  std::optional<NearestNeighbourMatcher> quick_matcher_;  ///< Of places, beside a slow matcher.
+  std::string vocabulary_file_;
+  std::optional<Vocabulary> vocabulary_;
+  std::optional<SuperPointTurned> turned_;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,70 @@
+#include "deepuav/assembly/run_options.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "deepuav/base/random.h"
+#include "support/option_checks.h"
+
+namespace deepuav {
+namespace {
+
+using ::testing::HasSubstr;
+
+RunOptions Runnable() {
+  RunOptions options;
+  options.features.model = "any.onnx";
+  return options;
+}
+
+/// Far beyond what any option can be, whole, so that it is a value of every numeric type.
+std::string Absurd(Random* random) {
+  constexpr int kLeast = 500'000'000;
+  const double value = random->Uniform(kLeast, std::numeric_limits<int>::max());
+  const int sign = random->Uniform(0, 1) < 0.5 ? -1 : 1;
+  return std::to_string(sign * static_cast<int>(value));
+}
+
+TEST(RunOptions, ThreeHundredOutOfRangeAreRefusedByTheirFullNames) {
+  const std::vector<std::string> names = NumericNames<RunOptions>();
+  ASSERT_GT(names.size(), 140u);
+  Random random(31);
+  constexpr int kTries = 300;
+  for (int i = 0; i < kTries; ++i) {
+    const std::string& name =
+        names[static_cast<size_t>(random.Index(static_cast<int>(names.size())))];
+    const std::string value = Absurd(&random);
+    EXPECT_THAT(ErrorOfSetting(Runnable(), name, value), HasSubstr("option " + name + " is "))
+        << name << "=" << value;
+  }
+}
+
+TEST(RunOptions, EveryNumberHasTwoBounds) {
+  for (const std::string& name : NumericNames<RunOptions>()) {
+    for (const char* value : {"-2000000000", "2000000000"}) {
+      EXPECT_THAT(ErrorOfSetting(Runnable(), name, value), HasSubstr("option " + name + " is "))
+          << name << "=" << value;
+    }
+  }
+}
+
+TEST(RunOptions, ErrorsNameTheStructThatIsMeant) {
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
+           {"looping.verifier.place.max_keyframes", "0"},
+           {"mapping.local_map.max_keyframes", "0"},
+           {"mapping.local_bundle.max_iterations", "-1"},
+           {"mapping.global_bundle.max_iterations", "-1"},
+           {"mapping.fusion.projection.ratio", "2"},
+           {"tracking.projection.ratio", "2"},
+           {"looping.relocaliser.absolute_pose.confidence", "1"},
+           {"initialiser.absolute_pose.confidence", "1"}}) {
+    EXPECT_THAT(ErrorOfSetting(Runnable(), name, value),
+                HasSubstr("option " + name + " is " + value + ": expected"));
+  }
+}
+
+TEST(RunOptions, TheDefaultsArePossible) { EXPECT_NO_THROW(Runnable().Check()); }
+
+}  // namespace
+}  // namespace deepuav

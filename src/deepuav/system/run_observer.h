@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "deepuav/base/ids.h"
+#include "deepuav/geometry/se3.h"
+#include "deepuav/system/frame_record.h"
+
+namespace deepuav {
+
+/// A keyframe that went into a map, as it was then.
+struct KeyframeEvent {
+  KeyframeId id;
+  FrameId frame;
+  Timestamp time;
+  MapId map;
+  SE3 cam_from_world;
+  std::vector<Eigen::Vector3d> new_landmarks_world;
+};
+
+enum class MapChange {
+  kStarted,
+  kLoopClosed,  ///< Everything around may have moved and grown.
+  kMerged,      ///< `map` became part of `into`.
+  kAdjusted,    ///< As a whole, after a loop or a merger.
+};
+
+struct MapEvent {
+  MapChange change = MapChange::kStarted;
+  MapId map;
+  MapId into;  ///< Of kMerged; else `map`.
+};
+
+/// Is told of a run while it goes on. Calls come from the run's threads, one at a time for each
+/// function but several functions at once; what they do holds the run up, and must not throw.
+/// Nothing that is told can change the run.
+class RunObserver {
+ public:
+  virtual ~RunObserver() = default;
+  /// A frame's state as it was when its turn came, in the frames' order. The record's
+  /// cam_from_world is in the world of its map as it was then.
+  virtual void OnFrame(const FrameRecord& record) = 0;
+  virtual void OnKeyframe(KeyframeEvent event) = 0;
+  virtual void OnMap(const MapEvent& event) = 0;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""The Python package: pip makes a wheel of the sources and installs it into a fresh environment, where it gives what the
+command line gives, to the byte. Skipped where there is no package index, or no ccache to spare a second compilation.
+
+  python_package_test.py BUILD_FOLDER
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import layered_scene
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = None
+FRAMES = 40
+PYTHON = "/usr/bin/python3"
+PACKAGES = ("scikit-build-core>=0.10", "nanobind>=2.2")
+SKIPPED = 77
+
+# The ten lines of the page, and what they give.
+LINES = """
+import numpy as np, deepuav
+result = deepuav.run("scene", out="python", schedule="sequential")
+frames = result.frames
+assert frames["world_from_camera"].shape == (40, 4, 4) and frames["id"].tolist() == list(range(40))
+assert len(result.points) == result.maps[0].landmarks and result.main_map == 0 and result.failure == ""
+world = deepuav.Map.load("python/map.deepuav")
+assert world.keyframes["world_from_camera"].shape[0] == world.maps[0].keyframes > 2
+assert np.allclose(world.points, result.points) and world.camera.lens == "radial_tangential"
+error = deepuav.evaluate(result, result, align="none")
+assert error.ate_m.rmse == 0 and error.pairs > 20, error.json
+assert deepuav.evaluate("program/trajectory.txt", "python/trajectory.txt").scale == 1
+images = sorted(__import__("pathlib").Path("scene/mav0/cam0/data").iterdir())
+matches = deepuav.match(images[0], images[1])
+assert len(matches.score) > 20 and abs(np.median(matches.b - matches.a, axis=0)[1]) < 5
+"""
+
+# Images of an array, a watcher, and what is refused.
+PUSHED = """
+import struct, zlib, pathlib, numpy as np, deepuav
+def pixels(file):  # a grey PNG as layered_scene draws it
+    data, at, packed = file.read_bytes(), 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IDAT": packed += data[at + 8:at + 8 + length]
+        at += 12 + length
+    return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(240, 321)[:, 1:].copy()
+told = []
+assert np.allclose(deepuav.ImuSensor(np.eye(4)).camera_from_imu, np.eye(4))
+camera = deepuav.Camera.load(pathlib.Path("scene/mav0/cam0/sensor.yaml"))
+slam = deepuav.Slam(camera, deepuav.options(features__size="small"), on_frame=told.append, on_keyframe=told.append)
+for file in sorted(pathlib.Path("scene/mav0/cam0/data").iterdir()):
+    slam.feed(pixels(file), int(file.stem))
+slam.finish().write(pathlib.Path("pushed"))
+assert [event["id"] for event in told if "state" in event] == list(range(40)), told
+assert any(len(event.get("new_landmarks_world", ())) > 20 for event in told)
+for wrong in (lambda: deepuav.run("absent"), lambda: deepuav.options(features__keypoint=1), lambda: slam.finish(),
+              lambda: deepuav.Map.load("absent"), lambda: deepuav.evaluate("absent", "absent")):
+    try: wrong()
+    except deepuav.Error as error: assert str(error)
+    else: raise AssertionError(wrong)
+kept = deepuav.Slam(camera, on_map=lambda event: kept)  # given up, in a circle
+"""
+
+
+def run(*words, **options):
+    done = subprocess.run([os.fspath(word) for word in words], capture_output=True, text=True, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"{words}: status {done.returncode}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}")
+    return done.stdout
+
+
+def skip(why):
+    print(f"skipped: {why}")
+    sys.exit(SKIPPED)
+
+
+def cached(name):
+    """What the build was configured with."""
+    return re.search(rf"^{name}:\w+=(.*)$", (BUILD / "CMakeCache.txt").read_text(), re.MULTILINE).group(1)
+
+
+def make_wheel(scratch):
+    """Of the sources, compiled beside the build and in the same way, so that ccache gives its objects again."""
+    makers = scratch / "makers"
+    run(PYTHON, "-m", "venv", makers)
+    quiet = ("--quiet", "--disable-pip-version-check", "--only-binary=:all:")
+    install = subprocess.run([makers / "bin/pip", "install", *quiet, *PACKAGES], capture_output=True, text=True)
+    if install.returncode != 0:
+        skip("no package index: " + install.stderr.strip().splitlines()[-1])
+    environment = {**os.environ, "PATH": f"{makers / 'bin'}:{os.environ['PATH']}", "CMAKE_BUILD_PARALLEL_LEVEL": "2"}
+    settings = {"build-dir": BUILD.with_name(BUILD.name + "-wheel"),
+                "cmake.define.CMAKE_CXX_COMPILER": cached("CMAKE_CXX_COMPILER"),
+                "cmake.define.DEEPUAV_OPENVINO": cached("DEEPUAV_OPENVINO")}
+    run(makers / "bin/pip", "wheel", ROOT, "--no-deps", "--no-build-isolation", "--wheel-dir", scratch / "wheels",
+        *(f"--config-settings={name}={value}" for name, value in settings.items()), env=environment)
+    return next((scratch / "wheels").glob("deepuav-*.whl"))
+
+
+class PackageTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="deepuav-python-test-")
+        cls.scratch = Path(cls.folder.name)
+        wheel = make_wheel(cls.scratch)
+        run(PYTHON, "-m", "venv", cls.scratch / "fresh")
+        cls.bin = cls.scratch / "fresh/bin"
+        run(cls.bin / "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
+        cls.environment = {"PATH": "/usr/bin:/bin", "HOME": str(cls.scratch)}
+        layered_scene.euroc(cls.scratch / "scene", FRAMES)
+        cls.call(BUILD / "deepuav", "run", "scene", "--out", "program", "--log-level", "off")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def call(cls, *words):
+        return run(*words, cwd=cls.scratch, env=cls.environment)
+
+    def assert_same(self, folder):
+        for name in ("trajectory.txt", "keyframes.txt", "points.ply", "frames.csv"):
+            self.assertEqual((self.scratch / "program" / name).read_bytes(), (self.scratch / folder / name).read_bytes(), name)
+
+    def test_a_dataset_gives_the_same_bytes(self):
+        self.call(self.bin / "python", "-c", LINES)
+        self.assert_same("python")
+
+    def test_pushed_arrays_give_the_same_bytes(self):
+        done = subprocess.run([self.bin / "python", "-c", PUSHED], cwd=self.scratch, env=self.environment, capture_output=True,
+                              text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))  # no word of what was leaked
+        self.assert_same("pushed")
+
+    def test_the_command_line_comes_along(self):
+        self.call(self.bin / "deepuav", "run", "scene", "--out", "command", "--log-level", "off")
+        self.assert_same("command")
+        self.assertEqual(self.call(self.bin / "python", "-m", "deepuav", "--version"),
+                         self.call(BUILD / "deepuav", "--version"))
+
+    def test_it_has_types(self):
+        package = next((self.scratch / "fresh/lib").glob("python3*/site-packages/deepuav"))
+        self.assertTrue((package / "py.typed").exists())
+        stub = (package / "_deepuav.pyi").read_text()
+        for name in ("class Slam", "class Result", "class Map", "def feed(self"):
+            self.assertIn(name, stub)
+
+    def test_openvino_is_the_one_that_the_library_is_linked_with(self):
+        setup = (ROOT / "scripts/setup.sh").read_text()
+        version = re.search(r"openvino_version=([0-9.]+)", setup).group(1)
+        self.assertEqual(set(re.findall(r"openvino==([0-9.]+)", (ROOT / "pyproject.toml").read_text())), {version})
+
+
+if __name__ == "__main__":
+    BUILD = Path(sys.argv[1]).resolve()
+    if not shutil.which("ccache"):
+        skip("no ccache: everything would be compiled again")
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
