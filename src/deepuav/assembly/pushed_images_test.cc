@@ -11,13 +11,13 @@ namespace deepuav {
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
-constexpr double kReadout_s = 0.02;
+constexpr double kReadoutSeconds = 0.02;
 
 Camera RollingCamera() {
   Camera camera;
   camera.width = camera.height = 8;
   camera.pinhole = {8, 8, 3.5, 3.5};
-  camera.readout_s = kReadout_s;
+  camera.readout_s = kReadoutSeconds;
   return camera;
 }
 

@@ -46,7 +46,7 @@ void CheckGrows(Timestamp last, Timestamp time, const char* what) {
 
 }  // namespace
 
-PushedRun::PushedRun(PushRequest request, std::unique_ptr<RunSettings> settings,
+PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> settings,
                      RunObserver* observer)
     : request_(Checked(request, settings->options)),
       settings_(std::move(settings)),

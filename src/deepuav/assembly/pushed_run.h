@@ -32,7 +32,8 @@ class PushedRun {
  public:
   /// `observer` (may be null) must outlive it. Throws WrongUse for a request that cannot be, Error
   /// for networks and maps that are missing, damaged or do not fit.
-  PushedRun(PushRequest request, std::unique_ptr<RunSettings> settings, RunObserver* observer);
+  PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> settings,
+            RunObserver* observer);
   /// Gives up what was not finished.
   ~PushedRun();
 

@@ -28,7 +28,7 @@ fs::path ShippedFolder(const std::string& name) {
   std::error_code error;
   // PREFIX/bin, PREFIX/lib; PREFIX/lib/x86_64-linux-gnu.
   for (const char* prefix : {"..", "../.."}) {
-    const fs::path installed = (own / prefix / "share" / "deepuav" / name).lexically_normal();
+    fs::path installed = (own / prefix / "share" / "deepuav" / name).lexically_normal();
     if (fs::is_directory(installed, error)) return installed;
   }
   return (own / DEEPUAV_SOURCE_FROM_BUILD / name).lexically_normal();
