@@ -246,7 +246,7 @@ class Choice(ModelTest):
         """Of a run too short for a map, which has a summary nevertheless."""
         dataset, out = self.folder / "dataset", self.folder / "out"
         if not dataset.exists():
-            layered_scene.euroc(dataset, 3)
+            layered_scene.euroc(dataset, 2)
         self.expect_failure(call("run", dataset, "--out", out, "--log-level", "error", *arguments),
                             "no map was started")
         return json.loads((out / "summary.json").read_text())

@@ -50,8 +50,15 @@ struct Outcome {
 class RunObserverTest : public testing::Test {
  protected:
   RunObserverTest()
-      : flight_(MakeFlight(world_, Walk(0, kFrames), kNoise, 3)),
+      : flight_(Drifting(MakeFlight(world_, Walk(0, kFrames), kNoise, 3))),
         vocabulary_(VocabularyOf(flight_)) {}
+
+  /// A wrong calibration drifts, so that there is a loop to close.
+  static SyntheticFlight Drifting(SyntheticFlight flight) {
+    flight.camera.pinhole.fx *= 1.04;
+    flight.camera.pinhole.fy *= 1.04;
+    return flight;
+  }
 
   Outcome Fly(Schedule schedule, RunObserver* observer) {
     PreparedFeatures extractor(flight_.features);
