@@ -32,6 +32,13 @@ TwoViewSolution TrueSolution(const SyntheticWorld& world, const SyntheticPairs& 
   return solution;
 }
 
+TwoViewOptions AnyParallax() {
+  TwoViewOptions options;
+  options.max_error_px = 6 * kSigmaPx;
+  options.min_parallax_deg = 0;
+  return options;
+}
+
 bool IsFar(const SyntheticPairs& seen, size_t pair) { return seen.landmark[pair] >= 200; }
 
 TEST(RelativeDistanceSigmas, AreTheErrorsOfEstimates) {
@@ -42,10 +49,7 @@ TEST(RelativeDistanceSigmas, AreTheErrorsOfEstimates) {
   int count = 0;
   for (int draw = 0; draw < 30; ++draw) {
     const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {kSigmaPx, 0}, &random);
-    TwoViewOptions options;
-    options.max_error_px = 6 * kSigmaPx;
-    options.min_parallax_deg = 0;
-    const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, options);
+    const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, AnyParallax());
     ASSERT_TRUE(found);
     const TwoViewSolution& solution = found->solutions.front();
     const std::vector<double> sigmas = RelativeDistanceSigmas(world.pinhole, solution, kSigmaPx);
@@ -110,10 +114,7 @@ TEST(EpipolarSigma, IsThatOfThePixels) {
   const SE3 b_from_a(RotationExp({0.01, -0.02, 0.01}), {-1, 0.2, 0.3});
   Random random(4);
   const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {kSigmaPx, 0}, &random);
-  TwoViewOptions options;
-  options.max_error_px = 6 * kSigmaPx;
-  options.min_parallax_deg = 0;
-  const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, options);
+  const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, AnyParallax());
   ASSERT_TRUE(found);
   const TwoViewSolution& solution = found->solutions.front();
   EXPECT_NEAR(EpipolarSigmaPx(world.pinhole, seen.pairs, solution, 0.01), kSigmaPx, 0.1);

@@ -294,7 +294,7 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
         s.measured ? *s.measured : Detected(frame, local_map, s, cam_from_world);
     const LocalLandmark& landmark = local_map.landmarks[static_cast<size_t>(s.landmark)];
     PixelNoise noise = measured.NoiseWith(local_map.model_sigma_px);
-    if (cam_from_world && (*cam_from_world * landmark.position_world).z() > 0) {
+    if (cam_from_world) {
       noise = noise +
               ExpectedPixelNoise(landmark.position_noise, landmark.position_world, *cam_from_world);
     }

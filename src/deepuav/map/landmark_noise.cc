@@ -37,8 +37,9 @@ Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark) {
 
 PixelNoise ExpectedPixelNoise(const Eigen::Matrix3d& position_noise,
                               const Eigen::Vector3d& landmark_world, const SE3& cam_from_world) {
-  const Matrix23d jacobian =
-      Jacobian(cam_from_world * landmark_world, cam_from_world.RotationMatrix());
+  const Eigen::Vector3d landmark_cam = cam_from_world * landmark_world;
+  if (!(landmark_cam.z() > 0)) return PixelNoise(0);
+  const Matrix23d jacobian = Jacobian(landmark_cam, cam_from_world.RotationMatrix());
   return PixelNoise(Eigen::Matrix2d(jacobian * position_noise * jacobian.transpose()));
 }
 

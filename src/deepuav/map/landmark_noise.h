@@ -14,8 +14,8 @@ namespace deepuav {
 Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark);
 
 /// What such a position adds to the noise of the pixel where a camera expects it: little where the
-/// landmark was seen from before, much where it is seen under more parallax than ever. `landmark`
-/// must lie in front of the camera.
+/// landmark was seen from before, much where it is seen under more parallax than ever. None of a
+/// landmark behind the camera, which no pixel shows.
 PixelNoise ExpectedPixelNoise(const Eigen::Matrix3d& position_noise,
                               const Eigen::Vector3d& landmark_world, const SE3& cam_from_world);
 

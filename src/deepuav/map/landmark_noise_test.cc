@@ -82,6 +82,11 @@ TEST(LandmarkNoise, IsFiniteWithoutParallax) {
   EXPECT_LT(seen.In({0, 0, 0}).SigmaPx(), kSigmaPx);
 }
 
+TEST(LandmarkNoise, IsNoneBehindTheCamera) {
+  const SeenFrom seen({{0, 0, 0}, {1, 0, 0}});
+  EXPECT_EQ(seen.In({0, 0, 30}).SigmaPx(), 0);
+}
+
 TEST(LandmarkNoise, CountsTheErrorsCommonToAllPatches) {
   SeenFrom seen({{0, 0, 0}, {1, 0, 0}});
   Map& map = seen.builder.map;

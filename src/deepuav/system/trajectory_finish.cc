@@ -60,10 +60,9 @@ SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
     const auto landmark = map.Current(seen.landmark);
     if (!landmark || !used.insert(*landmark).second) continue;
     const Landmark& seen_landmark = map.At(*landmark);
-    PixelNoise noise = seen.measured.NoiseWith(map.model_sigma_px());
-    if ((initial * seen_landmark.position_world).z() > 0)
-      noise = noise + ExpectedPixelNoise(PositionNoise(map, seen_landmark),
-                                         seen_landmark.position_world, initial);
+    const PixelNoise noise = seen.measured.NoiseWith(map.model_sigma_px()) +
+                             ExpectedPixelNoise(PositionNoise(map, seen_landmark),
+                                                seen_landmark.position_world, initial);
     observations.push_back({seen_landmark.position_world, seen.measured.px.cast<double>(), noise});
   }
   const MotionOnlyResult refined =
