@@ -127,6 +127,7 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
       hooks.stop);
   run->atlas = slam.TakeAtlas();
   run->camera = slam.camera();
+  if (run->result.lens) lens_ = RefinedLens{*run->result.lens, 0};
 }
 
 }  // namespace deepuav

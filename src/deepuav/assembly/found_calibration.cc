@@ -24,8 +24,9 @@ const char* ModelName(LensModel lens) {
 
 std::string LensComments(const RefinedLens& lens, double fx) {
   const CalibrationSigmas& sigmas = lens.sigmas;
-  std::string text = fmt::format("# standard deviations: fx {:.3f} px, k1 {:.6f}, k2 {:.6f}",
-                                 sigmas.focal * fx, sigmas.k1, sigmas.k2);
+  std::string text = "# standard deviations: ";
+  if (sigmas.focal > 0) text += fmt::format("fx {:.3f} px, ", sigmas.focal * fx);
+  text += fmt::format("k1 {:.6f}, k2 {:.6f}", sigmas.k1, sigmas.k2);
   if (sigmas.centre > 0) {
     text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
                         sigmas.tangential);
@@ -65,7 +66,8 @@ std::string CalibrationText(const FoundCalibration& calibration) {
   const double focal_px = calibration.camera.pinhole.fx;
   std::string text = fmt::format("focal length {:.1f} px", focal_px);
   if (const auto& lens = calibration.lens) {
-    text += fmt::format(" (standard deviation {:.1f})", lens->sigmas.focal * focal_px);
+    if (lens->sigmas.focal > 0)
+      text += fmt::format(" (standard deviation {:.1f})", lens->sigmas.focal * focal_px);
     if (!calibration.camera.distortion.empty())
       text +=
           fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0], lens->sigmas.k1);

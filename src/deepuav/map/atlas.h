@@ -55,6 +55,11 @@ class Atlas {
     gauges_[Current(map)] = gauge;
   }
 
+  /// Gives what all maps measured other places in the undistorted camera.
+  void MovePixels(const PixelMove& move) {
+    for (Map& map : maps_) map.MovePixels(move);
+  }
+
   IdSource& ids() { return ids_; }
   const IdSource& ids() const { return ids_; }
 

@@ -230,6 +230,17 @@ void Map::Transform(const Sim3& new_from_old) {
   });
 }
 
+void Map::MovePixels(const PixelMove& move) {
+  keyframes_.ForEach([&](Keyframe& keyframe) {
+    keyframe.frame.features = MovedFeatures(keyframe.frame.features, move);
+  });
+  landmarks_.ForEach([&](Landmark& landmark) {
+    for (Observation& observation : landmark.observations)
+      observation.measured.px = move(observation.measured.px);
+    landmark.representative.measured.px = move(landmark.representative.measured.px);
+  });
+}
+
 void Map::Move(KeyframeId id, const Sim3& new_from_old) {
   Keyframe& keyframe = keyframes_.At(id);
   keyframe.cam_from_world = new_from_old.MovePose(keyframe.cam_from_world);

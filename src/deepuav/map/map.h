@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/features/moved_features.h"
 #include "deepuav/geometry/sim3.h"
 #include "deepuav/map/id_store.h"
 #include "deepuav/map/keyframe.h"
@@ -95,6 +96,8 @@ class Map {
   void Move(KeyframeId id, const Sim3& new_from_old);
   /// Moves everything.
   void Transform(const Sim3& new_from_old);
+  /// Gives all key points and measurements other places in the undistorted camera.
+  void MovePixels(const PixelMove& move);
   /// Multiplies all lengths by `factor`.
   void Rescale(double factor);
   /// Takes everything over from `other`, which must have been transformed into this one's world.

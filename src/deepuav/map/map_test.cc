@@ -385,6 +385,27 @@ TEST(Map, RescaleMultipliesAllLengths) {
   EXPECT_NEAR(made.map.MedianDepth(first), 2.5 * before.MedianDepth(first), 1e-9);
 }
 
+TEST(Map, MovesPixelsOfKeyPointsAndMeasurementsAndOfNobodyElse) {
+  MapBuilder builder(14, 10);
+  const KeyframeId a = builder.AddKeyframe(), b = builder.AddKeyframe();
+  const LandmarkId landmark = builder.AddLandmark({a, b}, 3);
+  builder.map.SetMeasurement(b, landmark, {{11, 12}, 0.1, true});
+  builder.map.UpdateAppearance(landmark);
+  const std::shared_ptr<const Features> shared = builder.map.At(a).frame.features;
+  const Eigen::Vector2f before = shared->keypoints[3].px, image = shared->keypoints[3].image_px;
+  builder.map.MovePixels(
+      [](const Eigen::Vector2f& px) -> Eigen::Vector2f { return 2 * px + Eigen::Vector2f(1, 3); });
+  const Eigen::Vector2f moved = 2 * before + Eigen::Vector2f(1, 3);
+  EXPECT_EQ(builder.map.At(a).features().keypoints[3].px, moved);
+  EXPECT_EQ(builder.map.At(a).features().keypoints[3].image_px, image);
+  const Landmark& seen = builder.map.At(landmark);
+  EXPECT_EQ(seen.observations[0].measured.px, moved);
+  EXPECT_EQ(seen.observations[1].measured.px, Eigen::Vector2f(23, 27));
+  const auto& representative = seen.observations[seen.representative.keyframe == a ? 0 : 1];
+  EXPECT_EQ(seen.representative.measured.px, representative.measured.px);
+  EXPECT_EQ(shared->keypoints[3].px, before) << "others have the features, too";
+}
+
 TEST(Map, MedianDepthOfWhatAKeyframeSees) {
   MapBuilder builder(13, 10);
   const KeyframeId a = builder.AddKeyframe(SE3(Eigen::Quaterniond::Identity(), {0, 0, 1}));

@@ -25,6 +25,7 @@ void MappingOptions::Check() const {
   local_map.Check();
   creation.Check();
   fusion.Check();
+  lens.Check();
   local_bundle.Check();
   global_bundle.Check();
 }
@@ -235,6 +236,17 @@ void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
   Map& adjusted = atlas_->At(map);
   if (!factors) observer_.RemeasureAll(&adjusted);
   AdjustMap(&adjusted, pinhole, options, stop, factors);
+}
+
+std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool()>& stop) const {
+  const StageScope stage(stages_, "search lens");
+  return FindLens(atlas_->At(map), camera_.pinhole, options_.global_bundle, options_.lens, stop);
+}
+
+void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {
+  camera_ = camera;
+  observer_ = PatchObserver(camera, options_.patches, options_.local_map.reference);
+  atlas_->MovePixels(move);
 }
 
 void Mapper::ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge) {

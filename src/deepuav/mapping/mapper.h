@@ -15,6 +15,7 @@
 #include "deepuav/mapping/fusion.h"
 #include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
+#include "deepuav/mapping/lens_search.h"
 #include "deepuav/mapping/map_factors.h"
 #include "deepuav/mapping/patch_observation.h"
 
@@ -38,6 +39,7 @@ struct MappingOptions {
   FusionOptions fusion;
   double min_start_ratio =
       0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
+  LensSearchOptions lens;
   BundleOptions local_bundle{.max_iterations = 8};
   BundleOptions global_bundle{.max_iterations = 30, .min_relative_decrease = 1e-6};
 
@@ -97,6 +99,11 @@ class Mapper {
                       const std::function<bool()>& stop = nullptr,
                       const MapFactors* factors = nullptr);
 
+  /// What a map that was adjusted says of a calibration that does not fit: FindLens.
+  std::optional<FoundLens> SearchLens(MapId map, const std::function<bool()>& stop = nullptr) const;
+  /// Has all maps and what comes after be of another camera: `move` says where it sees pixels.
+  void ChangeCamera(const Camera& camera, const PixelMove& move);
+
   /// Gives a map's world another meaning: moves all of it.
   void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
 
@@ -117,12 +124,12 @@ class Mapper {
   void CullKeyframes(KeyframeId newest, Map* map);
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
 
-  const Camera camera_;
+  Camera camera_;
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;
   Matcher* learned_;
-  const PatchObserver observer_;
+  PatchObserver observer_;
   std::map<MapId, std::vector<YoungLandmark>> young_;  ///< By the map that they were created in.
 };
 

@@ -55,9 +55,9 @@ class PatchObserver {
                                             const Keyframe& keyframe,
                                             const DetectedPixel& start) const;
 
-  const Camera camera_;
-  const PatchOptions options_;
-  const ReferenceViewOptions reference_;
+  Camera camera_;
+  PatchOptions options_;
+  ReferenceViewOptions reference_;
 };
 
 }  // namespace deepuav

@@ -30,6 +30,11 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   return record;
 }
 
+void MovePixels(const PixelMove& move, FrameRecord* record) {
+  record->features = MovedFeatures(record->features, move);
+  for (FrameRecord::Seen& seen : record->seen) seen.measured.px = move(seen.measured.px);
+}
+
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share) {
   const int before = i > 0 ? records[i - 1].landmark_count : 0;
   const int after = i + 1 < records.size() ? records[i + 1].landmark_count : 0;

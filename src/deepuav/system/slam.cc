@@ -7,6 +7,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/system/calibration_correction.h"
 
 namespace deepuav {
 
@@ -39,6 +40,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("mapping.fusion", mapping.fusion);
   visit("mapping.local_bundle", mapping.local_bundle);
   visit("mapping.global_bundle", mapping.global_bundle);
+  visit("mapping.lens", mapping.lens);
   visit("mapping", mapping);
   visit("survey", options.survey);
   auto& looping = options.looping;
@@ -342,15 +344,25 @@ void Slam::ThinOld(std::vector<FrameRecord>* records) const {
     Thin(options_.old_record_landmarks, &(*records)[records->size() - 1 - newer]);
 }
 
-void Slam::AdjustAll(const std::function<bool()>& stop) {
+void Slam::AdjustAll(const std::function<bool()>& stop, SlamResult* result) {
   back_end_.DropAdjustment();
   if (!options_.adjust_at_end || options_.localise_only) return;
-  for (MapId map : ByKeyframes(atlas_)) {
+  const std::vector<MapId> maps = ByKeyframes(atlas_);
+  for (MapId map : maps) {
     const bool refine = RefinesFocalIn(map);
     mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
+    if (map == maps.front() && MayCorrectCalibration()) {
+      result->lens =
+          CorrectCalibration(map, options_.mapping.lens, &mapper_, &camera_, &result->frames, stop);
+    }
     if (stop()) break;
   }
+}
+
+bool Slam::MayCorrectCalibration() const {
+  const bool goes_on = first_new_keyframe_.value > 0;
+  return options_.mapping.lens.enabled && !options_.refine_focal && !goes_on;
 }
 
 bool Slam::RefinesFocalIn(MapId map) const {
@@ -416,7 +428,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
       if (result->failure.empty()) result->failure = error.what();
     }
   };
-  attempt([&] { AdjustAll(stop); });
+  attempt([&] { AdjustAll(stop, result); });
   attempt([&] { MakeMetricAll(stop, result); });
   attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });

@@ -110,6 +110,7 @@ struct SlamResult {
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
+  std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
@@ -183,7 +184,9 @@ class Slam {
   /// The same for the last frame, which has no next one to wait for.
   void JudgeLast(std::vector<FrameRecord>* records) const;
   void ThinOld(std::vector<FrameRecord>* records) const;
-  void AdjustAll(const std::function<bool()>& stop);
+  void AdjustAll(const std::function<bool()>& stop, SlamResult* result);
+  /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
+  bool MayCorrectCalibration() const;
   /// Whether the adjustment at the end refines the focal length: with the largest map.
   bool RefinesFocalIn(MapId map) const;
   void MakeMetricAll(const std::function<bool()>& stop, SlamResult* result);

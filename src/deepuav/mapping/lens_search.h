@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/map/map.h"
+
+namespace deepuav {
+
+/// How far a calibration is trusted, and when what a map says against it counts. Only its radial
+/// distortion is searched for: focal length and centre take up what else does not fit, such as a
+/// shutter's readout.
+struct LensSearchOptions {
+  bool enabled = true;
+  double radial_sigma = 0.05;    ///< Of a calibration's k1 and k2.
+  int min_keyframes = 20;        ///< In the map.
+  double min_cost_share = 0.03;  ///< By which the map's errors must fall.
+  double max_error_px = 0.1;     ///< Of the corrected calibration's lens model, root mean square.
+  int max_rounds = 3;            ///< Searches, each in the map that the last one's lens gives.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("enabled", enabled, "",
+          "correct the distortion of a calibration that a map contradicts, at the end of a run");
+    visit("radial_sigma", radial_sigma, "", "standard deviation of a calibration's k1 and k2");
+    visit("min_keyframes", min_keyframes, "", "keyframes of a map that may contradict");
+    visit("min_cost_share", min_cost_share, "",
+          "share of the cost of a map's errors that a correction must save");
+    visit("max_error_px", max_error_px, "px",
+          "error of the lens model that stands for the corrected calibration, at most, root mean "
+          "square over the image");
+    visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives");
+  }
+};
+
+/// What a map says of the camera that took its undistorted pixels.
+struct FoundLens {
+  BundleCamera camera;
+  CalibrationSigmas sigmas;
+  double cost_share = 0;  ///< Of the map's errors that it saves.
+};
+
+/// The distortion under which the observations of an adjusted map fit best, poses and landmarks
+/// free; they are left as they are. Nothing where `pinhole` alone is about as good.
+std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
+                                  const BundleOptions& bundle, const LensSearchOptions& options,
+                                  const std::function<bool()>& stop = nullptr);
+
+}  // namespace deepuav

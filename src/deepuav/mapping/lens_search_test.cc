@@ -1,0 +1,76 @@
+#include "deepuav/mapping/lens_search.h"
+
+#include <gtest/gtest.h>
+
+#include "deepuav/mapping/bundle_window.h"
+#include "support/synthetic_map.h"
+
+namespace deepuav {
+namespace {
+
+constexpr FeatureNoise kNoise{0.3, 0.3, 0, 0};
+const BundleOptions kBundle{.max_iterations = 50, .min_relative_decrease = 1e-6};
+
+/// Cameras that turn around landmarks, of a lens that the calibration does not know of, adjusted.
+SyntheticMap MapThrough(double k1, double k2, int cameras = 24) {
+  Random random(5);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksInBox(400, {-4, -4, -3}, {4, 4, 3}, &random);
+  const FeatureWorld world(geometry, 6);
+  SyntheticMap made =
+      MakeTrueMap(world, OrbitPath(cameras, {0, 0, 0}, 12, 3, 2.5), kNoise, &random);
+  const BundleCamera lens{geometry.pinhole, k1, k2};
+  made.map.MovePixels([&](const Eigen::Vector2f& px) -> Eigen::Vector2f {
+    return lens.Project(geometry.pinhole.Unproject(px.cast<double>())).cast<float>();
+  });
+  Pinhole pinhole = geometry.pinhole;
+  AdjustMap(&made.map, &pinhole, kBundle);
+  return made;
+}
+
+std::vector<SE3> PosesOf(const SyntheticMap& made) {
+  std::vector<SE3> poses;
+  for (const KeyframeId id : made.keyframes) poses.push_back(made.map.At(id).cam_from_world);
+  return poses;
+}
+
+TEST(FindLens, FindsTheDistortionThatACalibrationLacks) {
+  for (const double k1 : {-0.05, 0.04}) {
+    const SyntheticMap made = MapThrough(k1, 0.01);
+    const std::vector<SE3> before = PosesOf(made);
+    const auto found = FindLens(made.map, SyntheticWorld().pinhole, kBundle, {});
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->cost_share, LensSearchOptions().min_cost_share);
+    // Outliers of the map without a lens are gone: not all of it is found at once.
+    EXPECT_NEAR(found->camera.k1, k1, 0.3 * std::abs(k1));
+    EXPECT_EQ(found->camera.pinhole.fx, SyntheticWorld().pinhole.fx);
+    EXPECT_GT(found->sigmas.k1, 0);
+    EXPECT_LT(found->sigmas.k1, 0.01);
+    const std::vector<SE3> after = PosesOf(made);
+    for (size_t i = 0; i < before.size(); ++i)
+      EXPECT_EQ(before[i].translation(), after[i].translation());
+  }
+}
+
+TEST(FindLens, LeavesACalibrationThatFits) {
+  EXPECT_FALSE(FindLens(MapThrough(0, 0).map, SyntheticWorld().pinhole, kBundle, {}));
+}
+
+TEST(FindLens, NeedsKeyframes) {
+  const SyntheticMap made = MapThrough(-0.05, 0, 10);
+  EXPECT_FALSE(FindLens(made.map, SyntheticWorld().pinhole, kBundle, {}));
+  EXPECT_TRUE(FindLens(made.map, SyntheticWorld().pinhole, kBundle, {.min_keyframes = 10}));
+}
+
+TEST(FindLens, FindsNothingWhenStopped) {
+  const SyntheticMap made = MapThrough(-0.05, 0);
+  const auto stop = [] { return true; };
+  EXPECT_FALSE(FindLens(made.map, SyntheticWorld().pinhole, kBundle, {}, stop));
+}
+
+TEST(FindLens, OfAnEmptyMapIsNothing) {
+  EXPECT_FALSE(FindLens(Map(MapId{0}), SyntheticWorld().pinhole, kBundle, {.min_keyframes = 2}));
+}
+
+}  // namespace
+}  // namespace deepuav
