@@ -102,6 +102,8 @@ check_cpu
 install_packages
 install_openvino
 if $build; then
+  # What one checkout has compiled, another one need not compile again.
+  export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
   cmake --preset "$preset"
   cmake --build --preset "$preset" --target "$target" --parallel "$(nproc)"
 fi

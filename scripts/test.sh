@@ -82,6 +82,8 @@ while (($# > 0)); do
   shift
 done
 
+# As setup.sh does: tests compile, too.
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
 scripts/setup.sh --preset "$preset"
 install_packages
 install_python_packages
@@ -98,4 +100,10 @@ export EVO_HOME=$PWD/.venv/evo MPLCONFIGDIR=$PWD/.venv/matplotlib MPLBACKEND=Agg
 launcher=()
 # ThreadSanitizer's fixed memory layout does not fit address randomisation of newer kernels.
 if [[ $preset == tsan ]] && setarch -R true 2>/dev/null; then launcher=(setarch -R); fi
-"${launcher[@]}" ctest --preset "$preset" --output-on-failure -j2 "$@"
+status=0
+"${launcher[@]}" ctest --preset "$preset" --output-on-failure -j2 "$@" || status=$?
+folder=build
+[[ $preset == release ]] || folder=build-$preset
+# Again, and last: among the output of 1,300 tests they are hard to find.
+if ((status != 0)); then python3 scripts/failed_tests.py "$folder"; fi
+exit "$status"
