@@ -14,7 +14,9 @@ endif()
 # Compile and link settings that every target of the project shares.
 add_library(deepuav_settings INTERFACE)
 target_compile_options(deepuav_settings INTERFACE
-  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  # What is installed names no folder of the machine that compiled it.
+  -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND DEEPUAV_ARCH)
   target_compile_options(deepuav_settings INTERFACE -march=${DEEPUAV_ARCH})
 endif()
