@@ -10,6 +10,7 @@
 #include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
+#include "deepuav/io/camera_table.h"
 #include "deepuav/io/colmap_model.h"
 #include "deepuav/io/geo_trajectory.h"
 #include "deepuav/io/las_file.h"
@@ -63,7 +64,7 @@ void WriteOnEarth(const fs::path& out, const Map& map, const LoadedAtlas& loaded
   write(out, gauge.origin, KeyframeTrajectory(map));
 }
 
-constexpr std::array<ExportFormat, 9> kFormats = {{
+constexpr std::array<ExportFormat, 10> kFormats = {{
     {"ply", [](const fs::path& out, const Map& map, const LoadedAtlas&,
                const ExportArguments&) { WritePly(out, LandmarkPoints(map)); }},
     {"las",
@@ -85,6 +86,13 @@ constexpr std::array<ExportFormat, 9> kFormats = {{
                const ExportArguments&) { WriteOnEarth(out, map, loaded, WriteKml); }},
     {"gpx", [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
                const ExportArguments&) { WriteOnEarth(out, map, loaded, WriteGpx); }},
+    {"csv",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
+       const Gauge gauge = loaded.atlas.GaugeOf(map.id());
+       const bool on_earth = gauge.kind == GaugeKind::kGeoreferenced;
+       WriteCameraTable(out, map, loaded.origin.image_names,
+                        on_earth ? std::optional(gauge.origin) : std::nullopt);
+     }},
     {"orthophoto",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
         const ExportArguments& arguments) {
@@ -162,7 +170,7 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option("--format", arguments->format,
                    "ply, las: landmarks; colmap: a text model; tum, geojson, kml, gpx: path of the "
-                   "keyframes; orthophoto, dsm: the ground as GeoTIFF")
+                   "keyframes; csv: their poses and images; orthophoto, dsm: the ground as GeoTIFF")
       ->required()
       ->check(CLI::IsMember(FormatNames()));
   command
