@@ -1,6 +1,7 @@
 #include "simulated_orthophoto.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -47,6 +48,32 @@ GeoRaster RasterBelow(const std::vector<Eigen::Vector3d>& positions, const World
           .epsg = frame.epsg};
 }
 
+/// Places of the world, and what is to be added to their heights, for places of the raster: exact
+/// at its corners and bilinear between them, which errs by a millimetre over some kilometres.
+class WorldBelow {
+ public:
+  WorldBelow(const GeoRaster& raster, const GroundFrame& frame, double altitude_m)
+      : columns_(raster.columns), rows_(raster.rows) {
+    for (size_t i = 0; i < corners_.size(); ++i) {
+      const Eigen::Vector3d ground(raster.west + (i % 2 == 0 ? 0 : columns_) * raster.cell,
+                                   raster.north - (i < 2 ? 0 : rows_) * raster.cell, altitude_m);
+      const Eigen::Vector2d place = frame.world_from_ground(ground).head<2>();
+      corners_[i] << place, frame.ground_from_world({place.x(), place.y(), 0}).z();
+    }
+  }
+
+  /// x, y, altitude of height 0.
+  Eigen::Vector3d At(double column, double row) const {
+    const double u = (column + 0.5) / columns_, v = (row + 0.5) / rows_;
+    return (1 - v) * ((1 - u) * corners_[0] + u * corners_[1]) +
+           v * ((1 - u) * corners_[2] + u * corners_[3]);
+  }
+
+ private:
+  double columns_, rows_;
+  std::array<Eigen::Vector3d, 4> corners_;
+};
+
 /// As a photograph of all of it would be developed.
 cv::Mat4b Developed(const cv::Mat1f& radiance, const SensorOptions& sensor) {
   constexpr size_t kSample = 20000;
@@ -83,23 +110,16 @@ void WriteTrueOrthophoto(const std::filesystem::path& folder, const World& world
   render.sensor = options.sensor;
   render.weather = options.weather;
   render.threads = threads;
+  const WorldBelow below(raster, frame, options.gnss.origin_altitude_m);
   const auto place_of = [&](double column, double row) -> Eigen::Vector2d {
-    const Eigen::Vector3d ground(raster.west + (column + 0.5) * cell_m,
-                                 raster.north - (row + 0.5) * cell_m,
-                                 options.gnss.origin_altitude_m);
-    return frame.world_from_ground(ground).head<2>();
+    return below.At(column, row).head<2>();
   };
   ViewFromAbove view = LookDown(world, render, {raster.columns, raster.rows}, cell_m, place_of);
   Write(folder / "orthophoto.tif", raster, GeoTiffPixels::kColor,
         Developed(view.radiance, options.sensor));
-  // Over a survey the ellipsoid bends away from the world's plane by centimetres.
   for (int row = 0; row < raster.rows; ++row) {
-    for (int column = 0; column < raster.columns; ++column) {
-      float& height = view.height_m(row, column);
-      const Eigen::Vector2d place = place_of(column, row);
-      height = static_cast<float>(
-          frame.ground_from_world({place.x(), place.y(), static_cast<double>(height)}).z());
-    }
+    for (int column = 0; column < raster.columns; ++column)
+      view.height_m(row, column) += static_cast<float>(below.At(column, row).z());
   }
   Write(folder / "dsm.tif", raster, GeoTiffPixels::kHeight, view.height_m);
 }
