@@ -89,11 +89,6 @@ float SpacingOf(float distance, int count) {
   return distance * std::sqrt(static_cast<float>(M_PI) / static_cast<float>(count));
 }
 
-struct Spacings {
-  std::vector<float> of_each;
-  float typical = 0;
-};
-
 /// The points that agree with their neighbours.
 Points WithoutOutliers(const Points& points, const SurfaceOptions& options, float* spacing) {
   Neighbourhood neighbourhood(points);

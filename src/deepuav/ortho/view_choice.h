@@ -10,7 +10,7 @@
 namespace deepuav {
 
 struct ViewChoiceOptions {
-  double border = 0.01;        ///< Of the image's diagonal that is not used at its edges.
+  double border = 0.002;       ///< Of the image's diagonal that is not used at its edges.
   double max_angle_deg = 65;   ///< From straight down of a ray to the ground.
   double centre_weight = 0.6;  ///< Cost of a corner of an image against its middle...
   double angle_weight = 1;     ///< ...of a ray 45 degrees from straight down...
