@@ -42,6 +42,9 @@ class QuietGdal {
 GDALDriverH GeoTiffDriver() {
   static const bool registered = [] {
     GDALRegister_GTiff();
+    // Else a twentieth of the machine's memory.
+    constexpr GIntBig kCacheBytes = GIntBig{64} << 20;
+    GDALSetCacheMax64(kCacheBytes);
     return true;
   }();
   return registered ? GDALGetDriverByName("GTiff") : nullptr;
