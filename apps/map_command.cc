@@ -10,6 +10,7 @@
 #include "argument_checks.h"
 #include "commands.h"
 #include "deepuav/base/error.h"
+#include "deepuav/io/camera_table.h"
 #include "deepuav/io/colmap_model.h"
 #include "deepuav/io/geo_trajectory.h"
 #include "deepuav/io/las_file.h"
@@ -19,6 +20,7 @@
 #include "deepuav/io/trajectory.h"
 #include "map_description.h"
 #include "map_merge_command.h"
+#include "raster_export.h"
 
 namespace deepuav {
 namespace {
@@ -41,12 +43,14 @@ struct ExportArguments {
   std::string file, format;
   fs::path out;
   std::optional<int> map;
+  RasterArguments raster;
 };
 
 /// One kind of file or folder that a map can become.
 struct ExportFormat {
   const char* name;
-  void (*write)(const fs::path& out, const Map& map, const LoadedAtlas& loaded);
+  void (*write)(const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+                const ExportArguments& arguments);
 };
 
 /// The keyframes' path on Earth. Throws Error where the map has no place there.
@@ -60,28 +64,43 @@ void WriteOnEarth(const fs::path& out, const Map& map, const LoadedAtlas& loaded
   write(out, gauge.origin, KeyframeTrajectory(map));
 }
 
-constexpr std::array<ExportFormat, 7> kFormats = {{
-    {"ply", [](const fs::path& out, const Map& map,
-               const LoadedAtlas&) { WritePly(out, LandmarkPoints(map)); }},
+constexpr std::array<ExportFormat, 10> kFormats = {{
+    {"ply", [](const fs::path& out, const Map& map, const LoadedAtlas&,
+               const ExportArguments&) { WritePly(out, LandmarkPoints(map)); }},
     {"las",
-     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
        const Gauge gauge = loaded.atlas.GaugeOf(map.id());
        if (gauge.kind != GaugeKind::kGeoreferenced) return WriteLas(out, LandmarkPoints(map));
        const UtmZone zone = UtmZoneOf(gauge.origin);
        WriteLas(out, LandmarkPointsInUtm(map, gauge.origin, zone), zone.Epsg());
      }},
     {"colmap",
-     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded) {
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
        WriteColmapModel(out, map, loaded.camera, loaded.origin.image_names);
      }},
-    {"tum", [](const fs::path& out, const Map& map,
-               const LoadedAtlas&) { WriteTrajectory(out, KeyframeTrajectory(map)); }},
-    {"geojson", [](const fs::path& out, const Map& map,
-                   const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteGeoJson); }},
-    {"kml", [](const fs::path& out, const Map& map,
-               const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteKml); }},
-    {"gpx", [](const fs::path& out, const Map& map,
-               const LoadedAtlas& loaded) { WriteOnEarth(out, map, loaded, WriteGpx); }},
+    {"tum", [](const fs::path& out, const Map& map, const LoadedAtlas&,
+               const ExportArguments&) { WriteTrajectory(out, KeyframeTrajectory(map)); }},
+    {"geojson", [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+                   const ExportArguments&) { WriteOnEarth(out, map, loaded, WriteGeoJson); }},
+    {"kml", [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+               const ExportArguments&) { WriteOnEarth(out, map, loaded, WriteKml); }},
+    {"gpx", [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+               const ExportArguments&) { WriteOnEarth(out, map, loaded, WriteGpx); }},
+    {"csv",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
+       const Gauge gauge = loaded.atlas.GaugeOf(map.id());
+       const bool on_earth = gauge.kind == GaugeKind::kGeoreferenced;
+       WriteCameraTable(out, map, loaded.origin.image_names,
+                        on_earth ? std::optional(gauge.origin) : std::nullopt);
+     }},
+    {"orthophoto",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+        const ExportArguments& arguments) {
+       ExportOrthophoto(out, loaded, map.id(), arguments.file, arguments.raster);
+     }},
+    {"dsm",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+        const ExportArguments& arguments) { ExportDsm(out, loaded, map.id(), arguments.raster); }},
 }};
 
 std::vector<std::string> FormatNames() {
@@ -129,7 +148,7 @@ void Export(const ExportArguments& arguments) {
     const Map& map = loaded.atlas.At(id);
     const fs::path out = maps.size() == 1 ? arguments.out : PathOfMap(arguments.out, id);
     RefuseInputAsOutput(out, {arguments.file});
-    format.write(out, map, loaded);
+    format.write(out, map, loaded, arguments);
     std::cout << fmt::format("{}: map {}, {} keyframes, {} landmarks\n", out.string(), id.value,
                              map.KeyframeCount(), map.LandmarkCount());
   }
@@ -151,7 +170,7 @@ void AddExportCommand(CLI::App& app) {
   command
       ->add_option("--format", arguments->format,
                    "ply, las: landmarks; colmap: a text model; tum, geojson, kml, gpx: path of the "
-                   "keyframes")
+                   "keyframes; csv: their poses and images; orthophoto, dsm: the ground as GeoTIFF")
       ->required()
       ->check(CLI::IsMember(FormatNames()));
   command
@@ -161,9 +180,11 @@ void AddExportCommand(CLI::App& app) {
       ->check(NamedOutput());
   command->add_option("--map", arguments->map, "Only this map; all by default")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
+  AddRasterArguments(*command, arguments->raster);
   command->footer(
       "Examples:\n"
       "  deepuav map export out/map.deepuav --format las --out points.las\n"
+      "  deepuav map export out/map.deepuav --format orthophoto --out ortho.tif --resolution 0.05\n"
       "  deepuav map export out/map.deepuav --format colmap --out sparse --map 0");
   command->callback([arguments] { Export(*arguments); });
 }

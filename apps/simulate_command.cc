@@ -27,6 +27,7 @@ struct SimulateArguments {
   std::optional<int> seed;
   int frames = -1;
   int threads = 0;
+  double orthophoto_cell_m = 0;
   bool list = false;
 };
 
@@ -80,6 +81,8 @@ void Simulate(const SimulateArguments& arguments) {
   const Stopwatch rendering;
   const int done = WriteFrames(frames, &dataset);
   dataset.WriteFrameList(done);
+  if (arguments.orthophoto_cell_m > 0 && SignalReceived() == 0)
+    dataset.WriteOrthophoto(done, arguments.orthophoto_cell_m);
   std::cout << fmt::format("{} of {} frames in {}, {:.1f} s of flight, in {:.1f} s\n", done,
                            dataset.frame_count(), arguments.out, dataset.duration_s(),
                            rendering.Seconds());
@@ -104,6 +107,10 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("--threads", arguments.threads, "Threads that render; 0: one a core")
       ->check(CLI::Range(0, 1024).description(""))
       ->capture_default_str();
+  command
+      .add_option("--orthophoto", arguments.orthophoto_cell_m,
+                  "Write the true orthophoto and DSM below the flight, in cells of so many metres")
+      ->check(NumberThat([](double value) { return value > 0; }, "a positive number"));
   command.add_flag("--list", arguments.list, "List the flights and scenes, and do nothing else");
   AddLogLevelArgument(command, arguments.log_level);
 }

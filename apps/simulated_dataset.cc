@@ -9,6 +9,7 @@
 #include "deepuav/simulation/flight_plan.h"
 #include "deepuav/simulation/sensor_clock.h"
 #include "deepuav/simulation/sensor_noise.h"
+#include "simulated_orthophoto.h"
 #include "truth_images.h"
 
 namespace deepuav {
@@ -53,6 +54,7 @@ SimulatedDataset::SimulatedDataset(const SimulationOptions& options, const fs::p
     : options_(options),
       folder_(folder),
       mav0_(folder / "mav0"),
+      threads_(threads),
       camera_(MakeCamera(options)),
       body_from_cam_(BodyFromCam(options.mount)),
       world_(options.scene),
@@ -170,6 +172,15 @@ bool SimulatedDataset::WriteFrame(int frame) {
   WriteFileAtomically(image, EncodeImage(rendered.image, options_.output.image_format,
                                          options_.output.jpeg_quality));
   return true;
+}
+
+void SimulatedDataset::WriteOrthophoto(int frames, double cell_m) const {
+  std::vector<Eigen::Vector3d> positions;
+  for (int frame = 0; frame < frames; ++frame) {
+    positions.push_back(
+        (path_->At(FrameTime(frame)).world_from_body * body_from_cam_).translation());
+  }
+  WriteTrueOrthophoto(folder_, world_, options_, positions, cell_m, threads_);
 }
 
 void SimulatedDataset::WriteFrameList(int frames) const {

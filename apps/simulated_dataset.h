@@ -31,6 +31,9 @@ class SimulatedDataset {
   /// Renders and writes a frame with what else was asked for. False where it was there.
   bool WriteFrame(int frame);
 
+  /// The true orthophoto and DSM below the first `frames` frames, in cells of `cell_m`.
+  void WriteOrthophoto(int frames, double cell_m) const;
+
   /// The list of the first `frames` frames.
   void WriteFrameList(int frames) const;
 
@@ -44,6 +47,7 @@ class SimulatedDataset {
 
   const SimulationOptions options_;
   const std::filesystem::path folder_, mav0_;
+  const int threads_;
   const Camera camera_;
   const SE3 body_from_cam_;
   const World world_;

@@ -23,6 +23,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(EXIF REQUIRED IMPORTED_TARGET libexif)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(GEOGRAPHICLIB REQUIRED IMPORTED_TARGET geographiclib)
+pkg_check_modules(GDAL REQUIRED IMPORTED_TARGET gdal)
 
 # The wheel of OpenVINO carries the C++ headers, libraries and CMake files: scripts/setup.sh unpacks it; pip, which builds
 # the Python package, installs it.

@@ -250,6 +250,39 @@ class Export(MapTest):
         self.assertEqual(set(red), {180 * 257})
         self.assertEqual(set(returns), {1})
 
+    def test_cameras_as_csv(self):
+        lines = self.export("csv", "cameras.csv").read_text().splitlines()
+        poses = [line.split() for line in (NEW / "keyframes.txt").read_text().splitlines() if line[0] != "#"]
+        self.assertEqual(len(lines), 1 + len(poses))
+        for line, pose in zip(lines[1:], poses):
+            image, time_ns, *numbers = line.split(",")
+            self.assertTrue(image.endswith(".png"), line)
+            self.assertAlmostEqual(int(time_ns) / 1e9, float(pose[0]), places=5)
+            for a, b in zip(numbers[:3], pose[1:4]):
+                self.assertAlmostEqual(float(a), float(b), places=5)
+            self.assertEqual(numbers[7:], ["", "", ""])  # No place on Earth.
+
+    def test_orthophoto_and_dsm(self):
+        for form in ("orthophoto", "dsm"):
+            with self.subTest(form=form):
+                out = self.folder / f"{form}.tif"
+                told = succeed("map", "export", self.map, "--format", form, "--out", out, "--resolution", "0.02")
+                self.assertIn("cells of", told)
+                self.assertIn("turned so that the ground is level", told)
+                self.assertIn(out.read_bytes()[:4], (b"II*\0", b"II+\0"))
+        self.assertEqual(len(list(self.folder.iterdir())), 2)
+
+    def test_orthophoto_of_other_images(self):
+        alone = self.folder / "alone.deepuav"
+        shutil.copy(self.map, alone)
+        arguments = ("map", "export", alone, "--format", "orthophoto", "--out", self.folder / "ortho.tif")
+        self.expect_failure(arguments, "--images", "summary.json")
+        self.expect_failure((*arguments, "--images", self.folder / "absent"), "absent")
+        self.expect_failure((*arguments, "--resolution", "-1"), "--resolution", status=WRONG_USE)
+        self.assertFalse((self.folder / "ortho.tif").exists())
+        succeed(*arguments, "--images", SCENE)
+        self.assertTrue((self.folder / "ortho.tif").exists())
+
     def ply_points(self, file):
         content = file.read_bytes()
         start = content.index(b"end_header\n") + len(b"end_header\n")

@@ -153,7 +153,7 @@ class ReportPageTest(unittest.TestCase):
                                 ("#error-charts canvas", 5), ("#error-distribution", 5), ("#timing-chart", 5)):
             self.assertGreater(self.shades(selector), least, selector)
         hidden = self.script("return [...document.querySelectorAll('main section[hidden]')].map((e) => e.id)")
-        self.assertEqual(hidden, ["map", "pictures"])  # Both need the map's file.
+        self.assertEqual(hidden, ["map", "survey", "pictures"])  # All need the map's file.
         self.assertEqual(len(self.texts("#contents a")), 5)
         self.check_pointer()
 

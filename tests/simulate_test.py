@@ -168,6 +168,12 @@ class SimulateTest(unittest.TestCase):
         self.assertFalse((out / "mav0/gps0").exists())
         self.assertTrue((out / "mav0/baro0/data.csv").exists())
 
+    def test_true_orthophoto(self):
+        out = self.folder / "from_above"
+        self.expect_success(self.simulate(out, "--frames", "2", "--orthophoto", "1"))
+        for name in ("orthophoto.tif", "dsm.tif"):
+            self.assertEqual((out / name).read_bytes()[:4], b"II*\0")
+
     def test_depth_and_flow(self):
         out = self.folder / "depth"
         self.expect_success(self.simulate(out, "--frames", 2, "--set", "output.depth=true", "--set",

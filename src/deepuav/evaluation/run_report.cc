@@ -144,6 +144,16 @@ std::unique_ptr<Dataset> DatasetOf(const RunFolder& run) {
   }
 }
 
+void AddSurvey(const LoadedAtlas& loaded, MapId map, std::unique_ptr<Dataset> dataset,
+               RunReport* report) {
+  if (report->run.Text("/dataset/kind") != "photographs") return;
+  try {
+    report->survey = SurveyPictures(loaded, map, std::move(dataset));
+  } catch (const Error& error) {
+    Log().warn("{}: no survey from above: {}", report->run.name, error.what());
+  }
+}
+
 }  // namespace
 
 Timestamp RunReport::Start() const {
@@ -186,9 +196,10 @@ void AddMap(const PictureOptions& options, RunReport* report) {
     const LoadedAtlas loaded = ReadMapFile(file);
     const Map& map = loaded.atlas.At({std::stoll(main_map)});
     report->growth = GrowthOf(map);
-    const std::unique_ptr<Dataset> dataset = DatasetOf(report->run);
+    std::unique_ptr<Dataset> dataset = DatasetOf(report->run);
     report->pictures =
         KeyframePictures(map, loaded.camera, loaded.origin.image_names, dataset.get(), options);
+    AddSurvey(loaded, map.id(), std::move(dataset), report);
   } catch (const std::exception& error) {
     Log().warn("{}: no growth of the map and no pictures: {}", report->run.name, error.what());
   }
@@ -211,7 +222,8 @@ nlohmann::ordered_json RunReportJson(const RunReport& report, int max_points) {
                {"growth", GrowthJson(report)},
                {"stages", StagesJson(report.run)},
                {"lost", LostJson(report.run)},
-               {"pictures", report.pictures}};
+               {"pictures", report.pictures},
+               {"survey", report.survey}};
   json["keyframes"]["q"] = PackFloats(Orientations(keyframes));
   json["evaluation"] = report.evaluation ? EvaluationSection(report) : Json();
   return json;

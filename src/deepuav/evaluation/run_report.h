@@ -8,6 +8,7 @@
 #include "deepuav/evaluation/keyframe_pictures.h"
 #include "deepuav/evaluation/map_growth.h"
 #include "deepuav/evaluation/run_folder.h"
+#include "deepuav/evaluation/survey_pictures.h"
 
 namespace deepuav {
 
@@ -20,6 +21,7 @@ struct RunReport {
   std::string problem;                   ///< Why there is no evaluation.
   MapGrowth growth;                      ///< Empty where the map could not be read.
   nlohmann::json pictures = nlohmann::json::array();
+  nlohmann::json survey;  ///< As SurveyPictures; null where the run is none.
 
   /// The transform into which all of the run is moved: identity without evaluation.
   Sim3 WorldFromMap() const { return evaluation ? evaluation->ate.truth_from_estimate : Sim3(); }
@@ -33,8 +35,8 @@ struct RunReport {
 void Evaluate(const std::filesystem::path& truth, const EvaluationOptions& options,
               const TruthOptions& truth_options, RunReport* report);
 
-/// Reads the growth of the map and pictures of keyframes out of the run's map.deepuav and dataset,
-/// as far as they are there.
+/// Reads the growth of the map, pictures of keyframes and, of photographs, the survey from above
+/// out of the run's map.deepuav and dataset, as far as they are there.
 void AddMap(const PictureOptions& options, RunReport* report);
 
 /// Everything of the run, for the page; docs/report.md does not promise its shape.

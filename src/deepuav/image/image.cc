@@ -89,16 +89,17 @@ int DecoderReduction(const cv::Size2d& from, const cv::Size& to) {
   return 1;
 }
 
-int ReadMode(int reduction) {
+int ReadMode(int reduction, JpegColors colors) {
+  const bool is_grey = colors == JpegColors::kGrey;
   switch (reduction) {
     case 8:
-      return cv::IMREAD_REDUCED_GRAYSCALE_8;
+      return is_grey ? cv::IMREAD_REDUCED_GRAYSCALE_8 : cv::IMREAD_REDUCED_COLOR_8;
     case 4:
-      return cv::IMREAD_REDUCED_GRAYSCALE_4;
+      return is_grey ? cv::IMREAD_REDUCED_GRAYSCALE_4 : cv::IMREAD_REDUCED_COLOR_4;
     case 2:
-      return cv::IMREAD_REDUCED_GRAYSCALE_2;
+      return is_grey ? cv::IMREAD_REDUCED_GRAYSCALE_2 : cv::IMREAD_REDUCED_COLOR_2;
     default:
-      return cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH;
+      return (is_grey ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR) | cv::IMREAD_ANYDEPTH;
   }
 }
 
@@ -134,11 +135,12 @@ GreyImage StretchTo8Bit(const cv::Mat& deep, const std::string& name) {
 }
 
 /// What OpenCV makes of the bytes; throws Error where that is nothing.
-cv::Mat Decode(const Bytes& bytes, const std::string& name, int reduction) {
+cv::Mat DecodeWhole(const Bytes& bytes, const std::string& name, int reduction, JpegColors colors) {
   try {
     // Calibrations are in the sensor's pixels, so the orientation in the EXIF data must not turn
     // the image.
-    cv::Mat image = cv::imdecode(bytes, ReadMode(reduction) | cv::IMREAD_IGNORE_ORIENTATION);
+    cv::Mat image =
+        cv::imdecode(bytes, ReadMode(reduction, colors) | cv::IMREAD_IGNORE_ORIENTATION);
     if (!image.empty()) return image;
   } catch (const cv::Exception& exception) {
     throw Error("image {}: cannot be decoded ({}): expected an image", name, exception.err);
@@ -147,25 +149,18 @@ cv::Mat Decode(const Bytes& bytes, const std::string& name, int reduction) {
 }
 
 /// A JPEG without its end, as far as it goes.
-cv::Mat DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reduction) {
-  const auto partial = DecodePartialJpeg(bytes, reduction);
+PartialJpeg DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reduction,
+                            JpegColors colors) {
+  const auto partial = DecodePartialJpeg(bytes, reduction, colors);
   if (!partial || partial->decoded_share < kMinDecodedShare) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
   }
   Log().warn("image {}: breaks off after {} bytes: {:.0f} % of its rows are used", name,
              bytes.size(), 100 * partial->decoded_share);
-  return partial->image;
+  return *partial;
 }
 
-}  // namespace
-
-GreyImage LoadGrey(const std::filesystem::path& file) { return LoadReducedGrey(file, {}); }
-
-GreyImage DecodeGrey(const std::vector<uint8_t>& bytes, const std::string& name) {
-  return DecodeReducedGrey(bytes, name, {});
-}
-
-GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& size) {
+Bytes ReadImageFile(const std::filesystem::path& file) {
   RefuseNamedPipe(file);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream || std::filesystem::is_directory(file)) {
@@ -181,11 +176,12 @@ GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& siz
                    static_cast<std::streamsize>(bytes.size()))) {
     throw Error("image {}: cannot be read: expected {} bytes", file.string(), bytes.size());
   }
-  return DecodeReducedGrey(bytes, file.string(), size);
+  return bytes;
 }
 
-GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,
-                            const cv::Size& size) {
+/// Not smaller than `size`, where that is not empty and the image is not.
+PartialJpeg Decode(const Bytes& bytes, const std::string& name, const cv::Size& size,
+                   JpegColors colors) {
   if (bytes.empty()) throw Error("image {}: is empty: expected an image", name);
   const bool is_jpeg = StartsWith(bytes, kJpegSignature);
   if (IsTruncatedPng(bytes)) {
@@ -197,13 +193,43 @@ GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string
                 encoded->height, kMaxPixels);
   }
   const int reduction = is_jpeg && encoded && !size.empty() ? DecoderReduction(*encoded, size) : 1;
-  const cv::Mat image = is_jpeg && !IsWholeJpeg(bytes) ? DecodeBrokenOff(bytes, name, reduction)
-                                                       : Decode(bytes, name, reduction);
-  GreyImage grey = StretchTo8Bit(image, name);
+  if (is_jpeg && !IsWholeJpeg(bytes)) return DecodeBrokenOff(bytes, name, reduction, colors);
+  return {DecodeWhole(bytes, name, reduction, colors), 1};
+}
+
+}  // namespace
+
+GreyImage LoadGrey(const std::filesystem::path& file) { return LoadReducedGrey(file, {}); }
+
+GreyImage DecodeGrey(const std::vector<uint8_t>& bytes, const std::string& name) {
+  return DecodeReducedGrey(bytes, name, {});
+}
+
+GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& size) {
+  return DecodeReducedGrey(ReadImageFile(file), file.string(), size);
+}
+
+GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,
+                            const cv::Size& size) {
+  GreyImage grey = StretchTo8Bit(Decode(bytes, name, size, JpegColors::kGrey).image, name);
   if (size.empty() || grey.size() == size) return grey;
   GreyImage reduced;
   cv::resize(grey, reduced, size, 0, 0, cv::INTER_AREA);
   return reduced;
+}
+
+cv::Mat3b LoadReducedColor(const std::filesystem::path& file, const cv::Size& size) {
+  const Bytes bytes = ReadImageFile(file);
+  PartialJpeg decoded = Decode(bytes, file.string(), size, JpegColors::kBlueGreenRed);
+  if (decoded.image.depth() != CV_8U) {
+    cv::Mat3b color;
+    cv::cvtColor(DecodeReducedGrey(bytes, file.string(), size), color, cv::COLOR_GRAY2BGR);
+    return color;
+  }
+  if (!size.empty() && decoded.image.size() != size)
+    cv::resize(decoded.image, decoded.image, size, 0, 0, cv::INTER_AREA);
+  return decoded.image.rowRange(
+      0, static_cast<int>(std::floor(decoded.decoded_share * decoded.image.rows)));
 }
 
 }  // namespace deepuav

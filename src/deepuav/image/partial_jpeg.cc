@@ -48,7 +48,8 @@ void Skip(j_decompress_ptr info, long bytes) {
 
 class Decoder {
  public:
-  explicit Decoder(const std::vector<uint8_t>& bytes) {
+  Decoder(const std::vector<uint8_t>& bytes, JpegColors colors)
+      : is_grey_(colors == JpegColors::kGrey) {
     info_.err = jpeg_std_error(&errors_.manager);
     errors_.manager.error_exit = GiveUp;
     errors_.manager.emit_message = NoteDamage;
@@ -72,14 +73,15 @@ class Decoder {
     info_.src = &source_;
     if (jpeg_read_header(&info_, TRUE) != JPEG_HEADER_OK) return false;
     if (jpeg_has_multiple_scans(&info_)) return false;  // All rows are there, none of them sharp.
-    info_.out_color_space = JCS_GRAYSCALE;
+    info_.out_color_space = is_grey_ ? JCS_GRAYSCALE : JCS_EXT_BGR;
     info_.scale_num = 1;
     info_.scale_denom = static_cast<unsigned>(reduction);
     jpeg_start_decompress(&info_);
-    image_.create(static_cast<int>(info_.output_height), static_cast<int>(info_.output_width));
-    image_.setTo(kMiddleGrey);
+    image_.create(static_cast<int>(info_.output_height), static_cast<int>(info_.output_width),
+                  is_grey_ ? CV_8UC1 : CV_8UC3);
+    image_.setTo(cv::Scalar::all(kMiddleGrey));
     while (info_.output_scanline < info_.output_height && !errors_.damaged) {
-      JSAMPROW row = image_[static_cast<int>(info_.output_scanline)];
+      JSAMPROW row = image_.ptr(static_cast<int>(info_.output_scanline));
       jpeg_read_scanlines(&info_, &row, 1);
       if (!errors_.damaged) rows_ = static_cast<int>(info_.output_scanline);
     }
@@ -89,7 +91,7 @@ class Decoder {
   /// After Run(), also where that gave up on the way.
   std::optional<PartialJpeg> Decoded() const {
     if (image_.empty()) return std::nullopt;
-    image_.rowRange(rows_, image_.rows).setTo(kMiddleGrey);
+    image_.rowRange(rows_, image_.rows).setTo(cv::Scalar::all(kMiddleGrey));
     return PartialJpeg{image_, static_cast<double>(rows_) / image_.rows};
   }
 
@@ -97,14 +99,16 @@ class Decoder {
   jpeg_decompress_struct info_{};
   Errors errors_{};
   jpeg_source_mgr source_{};
-  GreyImage image_;
+  bool is_grey_;
+  cv::Mat image_;
   int rows_ = 0;  ///< Decoded before anything was lacking.
 };
 
 }  // namespace
 
-std::optional<PartialJpeg> DecodePartialJpeg(const std::vector<uint8_t>& bytes, int reduction) {
-  Decoder decoder(bytes);
+std::optional<PartialJpeg> DecodePartialJpeg(const std::vector<uint8_t>& bytes, int reduction,
+                                             JpegColors colors) {
+  Decoder decoder(bytes, colors);
   decoder.Run(reduction);
   return decoder.Decoded();
 }

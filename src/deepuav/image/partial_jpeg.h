@@ -10,13 +10,16 @@ namespace deepuav {
 
 /// What of a JPEG that breaks off can be decoded.
 struct PartialJpeg {
-  GreyImage image;           ///< The rows that are lost are of a middle grey.
+  cv::Mat image;             ///< The rows that are lost are of a middle grey.
   double decoded_share = 0;  ///< Of the rows, those before the first that lacks data.
 };
+
+enum class JpegColors { kGrey, kBlueGreenRed };
 
 /// Decodes a JPEG without its end, reduced by a factor of 1, 2, 4 or 8. Nothing where the head
 /// is no JPEG's, or the picture comes in several scans, as a progressive one's: what lacks its end
 /// is then nowhere sharp.
-std::optional<PartialJpeg> DecodePartialJpeg(const std::vector<uint8_t>& bytes, int reduction);
+std::optional<PartialJpeg> DecodePartialJpeg(const std::vector<uint8_t>& bytes, int reduction,
+                                             JpegColors colors = JpegColors::kGrey);
 
 }  // namespace deepuav

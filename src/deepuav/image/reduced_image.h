@@ -15,7 +15,11 @@ namespace deepuav {
 /// is used as far as it goes if three quarters of its rows are there, and a warning logged.
 GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& size);
 
-/// The same from the bytes of a file, `name` for messages.
+/// As LoadReducedGrey, in colour: blue, green, red. Of a JPEG that breaks off, the rows that are
+/// lost are cut off.
+cv::Mat3b LoadReducedColor(const std::filesystem::path& file, const cv::Size& size);
+
+/// The same as LoadReducedGrey from the bytes of a file, `name` for messages.
 GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,
                             const cv::Size& size);
 

@@ -44,6 +44,9 @@ class Dataset {
   /// Throws Error naming the file when the frame cannot be read or has not the camera's size; the
   /// next can still be.
   virtual GreyImage Load(int frame) = 0;
+  /// The same in colour (blue, green, red), reduced to `size`, which is no larger than the stored
+  /// camera's. Of a JPEG that breaks off without the rows that are lost.
+  virtual cv::Mat3b LoadColor(int frame, const cv::Size& size) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
   /// Reads what its other sensors measured. Throws Error naming file and field.

@@ -49,9 +49,12 @@ class ImageFileDataset : public Dataset {
       CheckSize(Name(frame), image.size(), stored, sequence_.calibration_file);
       return image;
     }
-    if (const auto found = StoredSize(file))
-      CheckSize(Name(frame), *found, stored, sequence_.calibration_file);
+    CheckStoredSize(frame);
     return LoadReducedGrey(file, size);
+  }
+  cv::Mat3b LoadColor(int frame, const cv::Size& size) override {
+    CheckStoredSize(frame);
+    return LoadReducedColor(At(frame).file, size);
   }
   std::optional<SE3> BodyFromCam() const override { return sequence_.body_from_cam; }
   SensorStreams ReadSensors() const override {
@@ -60,6 +63,10 @@ class ImageFileDataset : public Dataset {
   CalibrationSource Calibration() const override { return sequence_.calibration; }
 
  private:
+  void CheckStoredSize(int frame) const {
+    if (const auto found = StoredSize(At(frame).file))
+      CheckSize(Name(frame), *found, sequence_.camera, sequence_.calibration_file);
+  }
   const ImageFileFrame& At(int frame) const {
     if (frame < 0 || frame >= size()) throw Error("frame {}: expected 0 to {}", frame, size() - 1);
     return sequence_.frames[static_cast<size_t>(frame)];

@@ -80,6 +80,7 @@ class VideoDataset : public Dataset {
     return fmt::format("{}_{:06}.png", file_.stem().string(), frame);
   }
   GreyImage Load(int frame) override;
+  cv::Mat3b LoadColor(int frame, const cv::Size& size) override;
   SensorStreams ReadSensors() const override { return ReadSensorsBesideVideo(file_); }
   CalibrationSource Calibration() const override { return source_; }
 
@@ -88,6 +89,7 @@ class VideoDataset : public Dataset {
   void FindCamera(const VideoCalibration& calibration);
   void ReadRate(const VideoCalibration& calibration);
   void CountFrames();
+  void Retrieve(int frame);
   void CheckFrame(int frame) const {
     if (frame < 0 || frame >= frame_count_)
       throw Error("frame {}: expected 0 to {}", frame, frame_count_ - 1);
@@ -199,7 +201,8 @@ void VideoDataset::CountFrames() {
   Open();
 }
 
-GreyImage VideoDataset::Load(int frame) {
+/// Decodes the frame into decoded_.
+void VideoDataset::Retrieve(int frame) {
   CheckFrame(frame);
   if (frame < next_frame_) Open();
   bool decoded = false;
@@ -215,6 +218,18 @@ GreyImage VideoDataset::Load(int frame) {
     throw Error("{}: image is {}x{}: expected {}x{} as the first", Name(frame), decoded_.cols,
                 decoded_.rows, stored_camera_.width, stored_camera_.height);
   }
+}
+
+cv::Mat3b VideoDataset::LoadColor(int frame, const cv::Size& size) {
+  Retrieve(frame);
+  cv::Mat color = decoded_.clone();
+  if (color.channels() == 1) cv::cvtColor(decoded_, color, cv::COLOR_GRAY2BGR);
+  if (color.size() != size) cv::resize(color, color, size, 0, 0, cv::INTER_AREA);
+  return color;
+}
+
+GreyImage VideoDataset::Load(int frame) {
+  Retrieve(frame);
   GreyImage grey;
   if (decoded_.channels() == 1) {
     grey = decoded_.clone();

@@ -53,6 +53,14 @@ Eigen::Vector3d UtmFromGeo(const UtmZone& zone, const GeoPoint& point) {
   return {easting_m, northing_m, point.altitude_m};
 }
 
+GeoPoint GeoFromUtm(const UtmZone& zone, const Eigen::Vector3d& position_m) {
+  GeoPoint point;
+  GeographicLib::UTMUPS::Reverse(zone.number, zone.is_north, position_m.x(), position_m.y(),
+                                 point.latitude_deg, point.longitude_deg);
+  point.altitude_m = position_m.z();
+  return point;
+}
+
 SE3 LocalFromLocal(const GeoPoint& new_origin, const GeoPoint& old_origin) {
   // Both frames are rigid in the Earth's: three points about a metre away tell the turn.
   const GeographicLib::LocalCartesian local = LocalAbout(new_origin);

@@ -27,6 +27,9 @@ UtmZone UtmZoneOf(const GeoPoint& point);
 /// Easting, northing and the point's altitude, metres, in this zone even where it lies beside it.
 Eigen::Vector3d UtmFromGeo(const UtmZone& zone, const GeoPoint& point);
 
+/// The inverse of UtmFromGeo.
+GeoPoint GeoFromUtm(const UtmZone& zone, const Eigen::Vector3d& position_m);
+
 /// What takes positions about one origin to those about another.
 SE3 LocalFromLocal(const GeoPoint& new_origin, const GeoPoint& old_origin);
 

@@ -49,6 +49,9 @@ TEST(Geodesy, UtmOfKnownPoints) {
   // Beside its zone and across the equator, the grid goes on.
   const Eigen::Vector3d across = UtmFromGeo(north, {-0.001, 9, 0});
   EXPECT_NEAR(across.y(), -0.001 * 110574 * 0.9996, 0.01);
+  const GeoPoint back = GeoFromUtm(north, across);
+  EXPECT_NEAR(back.latitude_deg, -0.001, 1e-9);
+  EXPECT_NEAR(back.longitude_deg, 9, 1e-9);
   EXPECT_THROW(UtmZoneOf({89, 0, 0}), Error);
 }
 

@@ -319,6 +319,12 @@
     chart("Landmarks", (run) => run.growth.landmarks);
   }
 
+  function makeSurvey() {
+    const surveys = runs.filter((run) => run.survey);
+    for (const run of surveys) DeepUav.addSurvey(byId("survey-pictures"), run.survey, runs.length > 1 ? run.name : "");
+    byId("survey").hidden = !surveys.length;
+  }
+
   function makePictures() {
     const settings = { points: true, matches: true };
     const pairs = [];
@@ -380,6 +386,7 @@
   }
   makeErrors();
   makeGrowth();
+  makeSurvey();
   makePictures();
   makeTimings();
   makeOptions();
