@@ -53,6 +53,7 @@ int RunProgram(std::vector<std::string> words) {
   AddDemoCommand(app);
 #endif
   AddRunCommand(app);
+  AddLiveCommand(app);
   AddEvalCommand(app);
 #if DEEPUAV_WITH_REPORT
   AddReportCommand(app);

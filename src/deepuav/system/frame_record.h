@@ -38,6 +38,9 @@ struct FrameRecord {
 
 FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
 
+/// The record without landmarks seen and features.
+FrameRecord WithoutWhatItSaw(const FrameRecord& record);
+
 /// Whether frame i sees so few landmarks beside its neighbours, less than this share of one's, that
 /// its pose may be wrong; or it has none.
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share);

@@ -16,7 +16,8 @@ constexpr int kFrames = kLap + 30;  // around the court and on past its beginnin
 
 class Recorder : public RunObserver {
  public:
-  void OnFrame(const FrameRecord& record) override {
+  void OnFrame(const FrameRecord& record, const Frame& frame) override {
+    EXPECT_EQ(frame.id, record.id);
     const std::scoped_lock lock(mutex_);
     frames.push_back(record);
   }
