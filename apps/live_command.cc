@@ -12,6 +12,9 @@
 #include "deepuav/io/folder_lock.h"
 #include "interruption.h"
 #include "option_arguments.h"
+#if DEEPUAV_WITH_REPORT
+#include "view_arguments.h"
+#endif
 
 namespace deepuav {
 namespace {
@@ -25,6 +28,9 @@ struct LiveArguments {
   double save_every_s = 60;
   bool localise_only = false;
   OptionArguments options;
+#if DEEPUAV_WITH_REPORT
+  ViewArguments view;
+#endif
 };
 
 /// FFmpeg hands on images at once, takes RTSP over TCP, and follows a session description, a file.
@@ -35,6 +41,27 @@ void PrepareStreams(const std::string& source) {
   ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", options.c_str(), kKeepTheUsers);
 }
 
+#if DEEPUAV_WITH_REPORT
+FeedView FeedOf(const LiveStatus& status) {
+  constexpr double kMs = 1e3;
+  const char* pictures[] = {"open", "open, stands still", "open, frozen"};
+  FeedView view;
+  view.link = status.counts.is_open ? pictures[static_cast<int>(status.counts.picture)] : "closed";
+  view.arrived = status.counts.arrived;
+  view.skipped = status.skipped;
+  view.reconnects = status.counts.reconnects;
+  view.latency_ms = kMs * status.latency.median_s;
+  view.latency_p95_ms = kMs * status.latency.p95_s;
+  return view;
+}
+
+/// `live` must outlive the view's page.
+void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
+  hooks->observer = view->observer();
+  hooks->say = [view](const std::string& line) { view->model().AddEvent(line); };
+  view->model().AskForFeed([&live] { return FeedOf(live.status()); });
+}
+#endif
 
 std::string DescribeLive(const FinishedRun& run) {
   const LiveFacts& live = *run.facts.live;
@@ -57,6 +84,10 @@ void Run(const LiveArguments& arguments) {
   CatchSignals();
   LiveHooks hooks{
       nullptr, [] { return SignalReceived() != 0; }, {}, arguments.out, arguments.save_every_s};
+#if DEEPUAV_WITH_REPORT
+  const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());
+  if (view) Show(live, view.get(), &hooks);
+#endif
   const FinishedRun run = live.Run(hooks);
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);
@@ -120,6 +151,9 @@ void AddArguments(CLI::App& command, LiveArguments& arguments) {
       .add_flag("--localise-only", arguments.localise_only,
                 "Find the camera in these maps and leave them as they are")
       ->needs("--map");
+#if DEEPUAV_WITH_REPORT
+  AddViewArguments(command, arguments.view);
+#endif
   AddLogLevelArgument(command, arguments.log_level);
 }
 

@@ -57,6 +57,7 @@ int RunProgram(std::vector<std::string> words) {
   AddEvalCommand(app);
 #if DEEPUAV_WITH_REPORT
   AddReportCommand(app);
+  AddViewCommand(app);
 #endif
 #if DEEPUAV_WITH_SIMULATION
   AddSimulateCommand(app);

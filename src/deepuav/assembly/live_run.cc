@@ -1,5 +1,7 @@
 #include "deepuav/assembly/live_run.h"
 
+#include <algorithm>
+
 #include "deepuav/assembly/meanwhile_saver.h"
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
@@ -10,7 +12,8 @@
 namespace deepuav {
 namespace {
 
-constexpr int kRememberedFrames = 20'000;  // Unless the options say otherwise.
+constexpr int kRememberedFrames = 10'000;  // Unless the options say otherwise.
+constexpr int kFullShare = 10;  // One of so many at most is remembered with all that it saw.
 
 /// Passes everything on, and measures when poses come.
 class MeasuringObserver : public RunObserver {
@@ -59,6 +62,8 @@ LiveRun::LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings)
   push_.source = source_->Name();
   SystemOptions& system = settings_->options.system;
   if (system.max_records == 0) system.max_records = kRememberedFrames;
+  system.full_record_frames =
+      std::min(system.full_record_frames, std::max(1, system.max_records / kFullShare));
   if (push_.calibration.focal_sigma > 0) system.refine_focal = true;
 }
 
