@@ -1,5 +1,3 @@
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -32,14 +30,6 @@ struct LiveArguments {
   ViewArguments view;
 #endif
 };
-
-/// FFmpeg hands on images at once, takes RTSP over TCP, and follows a session description, a file.
-void PrepareStreams(const std::string& source) {
-  std::string options = "rtsp_transport;tcp|fflags;nobuffer|flags;low_delay";
-  if (source.ends_with(".sdp")) options += "|protocol_whitelist;file,rtp,udp";
-  constexpr int kKeepTheUsers = 0;
-  ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", options.c_str(), kKeepTheUsers);
-}
 
 #if DEEPUAV_WITH_REPORT
 FeedView FeedOf(const LiveStatus& status) {
@@ -74,7 +64,6 @@ std::string DescribeLive(const FinishedRun& run) {
 
 void Run(const LiveArguments& arguments) {
   LogToStderr(arguments.log_level);
-  PrepareStreams(arguments.request.source);
   auto settings = ReadRunSettings(arguments.options);
   settings->options.system.localise_only |= arguments.localise_only;
   MakeOutputFolder(arguments.out);

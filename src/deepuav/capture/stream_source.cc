@@ -1,9 +1,7 @@
 #include "deepuav/capture/stream_source.h"
 
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "deepuav/base/error.h"
 
@@ -13,14 +11,6 @@ namespace {
 constexpr std::string_view kDevices = "/dev/";
 constexpr std::string_view kScheme = "://";
 constexpr std::string_view kDescription = ".sdp";
-
-/// By the code of the container, or the first letters of FFmpeg's own name.
-bool IsJpeg(double fourcc) {
-  const auto code = static_cast<int>(fourcc);
-  return code == cv::VideoWriter::fourcc('M', 'J', 'P', 'G') ||
-         code == cv::VideoWriter::fourcc('m', 'j', 'p', 'e');
-}
-
 }  // namespace
 
 bool IsStreamAddress(const std::string& source) {
@@ -44,64 +34,48 @@ std::string WithoutSecrets(const std::string& address) {
 StreamSource::StreamSource(std::string address, const StreamOptions& options)
     : address_(std::move(address)), options_(options), is_device_(address_.starts_with(kDevices)) {}
 
-bool StreamSource::OpenAddress(bool packets) {
-  const int timeout_ms = static_cast<int>(std::lround(1e3 * options_.timeout_s));
-  std::vector<int> parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, timeout_ms,
-                                 cv::CAP_PROP_READ_TIMEOUT_MSEC, timeout_ms};
-  if (packets) parameters.insert(parameters.end(), {cv::CAP_PROP_FORMAT, -1});
-  const bool opened = capture_.open(address_, cv::CAP_FFMPEG, parameters);
-  // Calibrations are in the sensor's pixels.
-  if (opened && !packets) capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
-  return opened;
-}
-
-bool StreamSource::TryOpen() {
+void StreamSource::OpenDevice() {
   try {
-    capture_.release();
-    if (is_device_) {
-      if (!capture_.open(address_, cv::CAP_V4L2)) return false;
-      if (options_.width_px > 0) {
-        capture_.set(cv::CAP_PROP_FRAME_WIDTH, options_.width_px);
-        capture_.set(cv::CAP_PROP_FRAME_HEIGHT, options_.height_px);
-      }
-      capture_.set(cv::CAP_PROP_BUFFERSIZE, 1);
-      return true;
+    device_.release();
+    if (!device_.open(address_, cv::CAP_V4L2))
+      throw Error("{}: cannot be opened: expected a camera that gives images", address_);
+    if (options_.width_px > 0) {
+      device_.set(cv::CAP_PROP_FRAME_WIDTH, options_.width_px);
+      device_.set(cv::CAP_PROP_FRAME_HEIGHT, options_.height_px);
     }
-    if (!OpenAddress(is_jpeg_)) return false;
-    if (is_jpeg_ || !IsJpeg(capture_.get(cv::CAP_PROP_FOURCC))) return true;
-    is_jpeg_ = true;
-    return OpenAddress(is_jpeg_);
-  } catch (const cv::Exception&) {
-    return false;
+    device_.set(cv::CAP_PROP_BUFFERSIZE, 1);
+  } catch (const cv::Exception& error) {
+    throw Error("{}: cannot be opened: {}", address_, error.err);
   }
 }
 
 void StreamSource::Open() {
-  if (!TryOpen())
-    throw Error("{}: cannot be opened: expected a {} that gives images", Name(),
-                is_device_ ? "camera" : "stream");
+  if (is_device_) return OpenDevice();
+  stream_.reset();
+  stream_ = std::make_unique<FfmpegStream>(address_, Name(), options_.timeout_s, nullptr);
+}
+
+std::optional<LiveImage> StreamSource::NextOfDevice() {
+  try {
+    if (!device_.read(read_) || read_.empty()) return std::nullopt;
+    LiveImage next;
+    if (read_.channels() == 1) {
+      next.image = read_.clone();
+    } else {
+      cv::cvtColor(read_, next.image, cv::COLOR_BGR2GRAY);
+    }
+    const double ms = device_.get(cv::CAP_PROP_POS_MSEC);
+    if (std::isfinite(ms) && ms > 0) next.stream_time = Timestamp{std::llround(1e6 * ms)};
+    return next;
+  } catch (const cv::Exception&) {
+    return std::nullopt;  // As good as a link that dropped.
+  }
 }
 
 std::optional<LiveImage> StreamSource::Next(const std::function<bool()>& stop) {
   if (stop && stop()) return std::nullopt;
-  try {
-    while (capture_.read(read_) && !read_.empty()) {
-      LiveImage next;
-      if (is_jpeg_) {
-        next.image = cv::imdecode(read_, cv::IMREAD_GRAYSCALE);
-        if (next.image.empty()) continue;  // One was damaged on the way.
-      } else if (read_.channels() == 1) {
-        next.image = read_.clone();
-      } else {
-        cv::cvtColor(read_, next.image, cv::COLOR_BGR2GRAY);
-      }
-      const double ms = capture_.get(cv::CAP_PROP_POS_MSEC);
-      if (std::isfinite(ms)) next.stream_time = Timestamp{std::llround(1e6 * ms)};
-      return next;
-    }
-  } catch (const cv::Exception&) {  // As good as a link that dropped.
-  }
-  return std::nullopt;
+  if (is_device_) return NextOfDevice();
+  return stream_ ? stream_->Next(stop) : std::nullopt;
 }
 
 }  // namespace deepuav

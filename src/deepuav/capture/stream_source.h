@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/videoio.hpp>
 #include <string>
 
+#include "deepuav/capture/ffmpeg_stream.h"
 #include "deepuav/capture/live_source.h"
 
 namespace deepuav {
@@ -19,29 +21,26 @@ struct StreamOptions {
   int width_px = 0, height_px = 0;  ///< Asked of a camera; 0: what it gives.
 };
 
-/// A camera (V4L2) or an address (FFmpeg), as OpenCV opens them.
+/// A camera, by OpenCV (V4L2), or an address, by FFmpeg.
 class StreamSource : public LiveSource {
  public:
   StreamSource(std::string address, const StreamOptions& options);
 
   void Open() override;
-  /// An address that is dead is waited for at most the timeout, whatever `stop` says.
   std::optional<LiveImage> Next(const std::function<bool()>& stop) override;
   bool EndsForGood() const override { return false; }
   std::string Name() const override { return WithoutSecrets(address_); }
 
  private:
-  bool TryOpen();
-  bool OpenAddress(bool packets);
+  void OpenDevice();
+  std::optional<LiveImage> NextOfDevice();
 
   const std::string address_;
   const StreamOptions options_;
   const bool is_device_;
-  cv::VideoCapture capture_;
-  /// Every image of Motion JPEG tells its own size, which OpenCV's decoder of streams takes to be
-  /// the first one's: packets are read and decoded here.
-  bool is_jpeg_ = false;
+  cv::VideoCapture device_;
   cv::Mat read_;
+  std::unique_ptr<FfmpegStream> stream_;
 };
 
 }  // namespace deepuav
