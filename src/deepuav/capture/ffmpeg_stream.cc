@@ -58,6 +58,9 @@ class FfmpegStream::Reader {
   Owned<AVFrame> frame_{av_frame_alloc()};
   SwsContext* to_grey_ = nullptr;
   int stream_ = -1;
+  Stopwatch since_open_;
+  bool is_whole_ =
+      false;  ///< An image that needs no earlier one has come: until then they are grey.
 };
 
 int FfmpegStream::Reader::IsToEnd(void* self) {
@@ -78,6 +81,7 @@ bool FfmpegStream::Reader::Open(const std::string& address, const std::function<
   format_.reset(format);
   const bool is_found = avformat_find_stream_info(format, nullptr) >= 0 && OpenDecoder();
   stop_ = nullptr;
+  since_open_.Restart();
   return is_found;
 }
 
@@ -94,8 +98,12 @@ bool FfmpegStream::Reader::OpenDecoder() {
 
 bool FfmpegStream::Reader::FeedDecoder() {
   if (av_read_frame(format_.get(), packet_.get()) < 0) return false;
-  // What it cannot decode is left out.
-  if (packet_->stream_index == stream_) avcodec_send_packet(codec_.get(), packet_.get());
+  if (packet_->stream_index == stream_) {
+    constexpr double kLongestWait = 5;  // Seconds: some streams mark none.
+    is_whole_ |= (packet_->flags & AV_PKT_FLAG_KEY) != 0 || since_open_.Seconds() > kLongestWait;
+    // What it cannot decode is left out.
+    if (is_whole_) avcodec_send_packet(codec_.get(), packet_.get());
+  }
   av_packet_unref(packet_.get());
   return true;
 }
