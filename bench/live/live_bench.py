@@ -45,6 +45,16 @@ def processor_s(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def server_s(pid):
+    """Processor time of the page's server: the one thread of low priority."""
+    total = 0
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        fields = (task / "stat").read_text().rsplit(")", 1)[1].split()
+        if int(fields[16]) > 0:
+            total += int(fields[11]) + int(fields[12])
+    return total / os.sysconf("SC_CLK_TCK")
+
+
 def resident_mb(pid):
     return int(re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())[1]) / 1024
 
@@ -69,10 +79,12 @@ def measure(arguments, clients):
             watcher.start()
         time.sleep(WARM_UP_S)
         before, began, memory = processor_s(program.process.pid), time.monotonic(), []
+        server_before = server_s(program.process.pid)
         while time.monotonic() - began < arguments.seconds:
             time.sleep(1)
             memory.append(resident_mb(program.process.pid))
         load = (processor_s(program.process.pid) - before) / (time.monotonic() - began)
+        server_load = (server_s(program.process.pid) - server_before) / (time.monotonic() - began)
         alive_s = time.monotonic() - began + WARM_UP_S
         program.stop()
         summary = json.loads((out / "summary.json").read_text())
@@ -83,6 +95,7 @@ def measure(arguments, clients):
               f"{live['median_latency_ms']:.0f} ms (95 %: {live['p95_latency_ms']:.0f} ms); {load:.2f} cores, "
               f"{1e3 * cost_s:.1f} ms of processor time a frame; "
               f"{memory[0]:.0f} to {memory[-1]:.0f} MB; {len(summary['maps'])} maps, {summary['relocalisations']} times found again")
+        print(f"  the page's server: {100 * server_load / load:.1f} % of the processor time")
         for watcher in watchers:
             print("  a client: " + ", ".join(f"{count / watcher.seconds:.1f} {kind}" for kind, count in
                                             sorted(watcher.counts.items())) + " a second")
