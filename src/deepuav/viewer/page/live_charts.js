@@ -40,6 +40,7 @@ DeepUav.StagesChart = class {
     options.parsing = true;
     options.scales.x.beginAtZero = true;
     options.scales.y.type = "category";
+    options.scales.y.ticks.autoSkip = false;
     this.chart = new Chart(canvas, { type: "bar", data: { labels: [], datasets: [{ data: [], backgroundColor: DeepUav.cssVariable("--accent"), maxBarThickness: 16 }] }, options });
   }
 

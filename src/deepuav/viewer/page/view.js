@@ -99,11 +99,11 @@
     byId("picture-readout").textContent = `frame ${picture.frame}, ${picture.points} landmarks`;
   }
 
-  // The middle 96 % of each coordinate: a few points lie far away.
+  // The middle 90 % of each coordinate: a few points lie far away.
   function boxOf(message) {
     const box = new THREE.Box3();
     for (const values of [message.points, message.positions]) {
-      for (const share of [0.02, 0.98]) {
+      for (const share of [0.05, 0.95]) {
         const corner = [0, 1, 2].map((axis) => DeepUav.quantile(values.filter((_, i) => i % 3 === axis), share));
         if (values.length) box.expandByPoint(new THREE.Vector3(...corner));
       }
