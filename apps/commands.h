@@ -19,6 +19,8 @@ int RunProgram(std::vector<std::string> words);
 // with one line on stderr and status 1.
 void AddDemoCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
+void AddLiveCommand(CLI::App& app);
+void AddViewCommand(CLI::App& app);
 void AddEvalCommand(CLI::App& app);
 void AddSimulateCommand(CLI::App& app);
 void AddReportCommand(CLI::App& app);

@@ -53,9 +53,11 @@ int RunProgram(std::vector<std::string> words) {
   AddDemoCommand(app);
 #endif
   AddRunCommand(app);
+  AddLiveCommand(app);
   AddEvalCommand(app);
 #if DEEPUAV_WITH_REPORT
   AddReportCommand(app);
+  AddViewCommand(app);
 #endif
 #if DEEPUAV_WITH_SIMULATION
   AddSimulateCommand(app);

@@ -13,6 +13,9 @@
 #include "interruption.h"
 #include "option_arguments.h"
 #include "progress_bar.h"
+#if DEEPUAV_WITH_REPORT
+#include "view_arguments.h"
+#endif
 
 namespace deepuav {
 namespace {
@@ -23,6 +26,9 @@ struct RunArguments {
   std::string out, log_level = "info";
   bool localise_only = false;
   OptionArguments options;
+#if DEEPUAV_WITH_REPORT
+  ViewArguments view;
+#endif
 };
 
 /// A run ends with an error where nothing came of it, and after all was written.
@@ -46,11 +52,16 @@ void Run(const RunArguments& arguments) {
   const FolderLock lock(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
   CatchSignals();
+  RunObserver* observer = nullptr;
+#if DEEPUAV_WITH_REPORT
+  const auto view = StartView(arguments.view, arguments.request.dataset, dataset_run.camera());
+  if (view) observer = view->observer();
+#endif
   std::optional<ProgressBar> bar(dataset_run.images());
   const FinishedRun run = dataset_run.Run({[&bar](FrameId frame, const std::string& state) {
                                              bar->Advance(static_cast<int>(frame.value) + 1, state);
                                            },
-                                           [] { return SignalReceived() != 0; }});
+                                           [] { return SignalReceived() != 0; }, observer});
   bar.reset();
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts);
@@ -94,6 +105,9 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
                   "Order of the work; live keeps the pace of the images")
       ->check(CLI::IsMember({"sequential", "threaded", "live"}))
       ->capture_default_str();
+#if DEEPUAV_WITH_REPORT
+  AddViewArguments(command, arguments.view);
+#endif
   AddLogLevelArgument(command, arguments.log_level);
 }
 

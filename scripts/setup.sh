@@ -8,7 +8,8 @@ readonly openvino_version=2026.4.1
 readonly packages=(
   build-essential cmake ninja-build ccache pkg-config unzip ca-certificates python3 python3-dev python3-venv python3-pip
   libopencv-dev libeigen3-dev libceres-dev libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev
-  nlohmann-json3-dev libpugixml-dev libjs-three libjs-chart.js libboost-dev libgeographiclib-dev libgdal-dev libexif-dev libjpeg62-turbo-dev libssl-dev libzstd-dev libgtest-dev libgmock-dev
+  nlohmann-json3-dev libpugixml-dev libjs-three libjs-chart.js libboost-dev libgeographiclib-dev libgdal-dev
+  libavformat-dev libavcodec-dev libswscale-dev libexif-dev libjpeg62-turbo-dev libssl-dev libzstd-dev libgtest-dev libgmock-dev
   libbenchmark-dev libembree-dev clang-format clang-tidy
 )
 

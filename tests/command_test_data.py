@@ -117,7 +117,7 @@ def video(file, frames, rate_hz=10):
     return file
 
 
-def mjpeg_avi(jpegs, rate_hz):
+def mjpeg_avi(jpegs, rate_hz, width=EUROC_WIDTH, height=EUROC_HEIGHT):
     """AVI 1.0 (RIFF) with one video stream and an index."""
     def chunk(kind, data):
         return kind + struct.pack("<I", len(data)) + data + b"\0" * (len(data) % 2)
@@ -126,7 +126,6 @@ def mjpeg_avi(jpegs, rate_hz):
         return chunk(kind, name + data)
 
     size, longest, has_index = len(jpegs), max(map(len, jpegs)), 0x10
-    width, height = EUROC_WIDTH, EUROC_HEIGHT
     main_header = struct.pack("<14I", 1000000 // rate_hz, longest * rate_hz, 0, has_index, size, 0, 1,
                               longest, width, height, 0, 0, 0, 0)
     stream_header = b"vidsMJPG" + struct.pack("<IHHIIIIIIIIHHHH", 0, 0, 0, 0, 1, rate_hz, 0, size,

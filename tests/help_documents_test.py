@@ -10,7 +10,7 @@ import sys
 import unittest
 
 DEEPUAV = None
-COMMANDS = ("run", "eval", "map info", "map export", "match", "bench networks")
+COMMANDS = ("run", "live", "view", "eval", "map info", "map export", "match", "bench networks")
 
 
 def call(*words, **options):

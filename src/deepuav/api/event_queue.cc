@@ -22,7 +22,9 @@ EventQueue::~EventQueue() {
   thread_.join();
 }
 
-void EventQueue::OnFrame(const FrameRecord& record) { Push(FrameEvent{FrameOf(record)}); }
+void EventQueue::OnFrame(const FrameRecord& record, const core::Frame& /*frame*/) {
+  Push(FrameEvent{FrameOf(record)});
+}
 
 void EventQueue::OnKeyframe(core::KeyframeEvent event) {
   KeyframeEvent told;

@@ -21,7 +21,7 @@ class EventQueue : public ::deepuav::RunObserver {
   /// Returns once those that wait were told.
   ~EventQueue() override;
 
-  void OnFrame(const FrameRecord& record) override;
+  void OnFrame(const FrameRecord& record, const ::deepuav::Frame& frame) override;
   void OnKeyframe(::deepuav::KeyframeEvent event) override;
   void OnMap(const ::deepuav::MapEvent& event) override;
 

@@ -46,7 +46,7 @@ TEST(EventQueue, TellsAllInOrderBeforeItEnds) {
   Recorder recorder;
   {
     EventQueue queue(&recorder);
-    for (int64_t id : {0, 1, 2}) queue.OnFrame(RecordOf(id));
+    for (int64_t id : {0, 1, 2}) queue.OnFrame(RecordOf(id), {});
     queue.OnMap({::deepuav::MapChange::kMerged, MapId{1}, MapId{0}});
   }
   EXPECT_THAT(Ids(recorder), ElementsAre(0, 1, 2));
@@ -67,7 +67,7 @@ TEST(EventQueue, DropsTheOldestOfASlowObserverAndCounts) {
   {
     EventQueue queue(&recorder, 4);
     constexpr int kEvents = 20;
-    for (int64_t id = 0; id < kEvents; ++id) queue.OnFrame(RecordOf(id));  // must not wait
+    for (int64_t id = 0; id < kEvents; ++id) queue.OnFrame(RecordOf(id), {});  // must not wait
     release.set_value();
   }
   EXPECT_EQ(static_cast<std::int64_t>(recorder.frames.size()) + recorder.dropped, 20);
@@ -80,7 +80,7 @@ TEST(EventQueue, AnObserverThatThrowsIsToldNothingMore) {
   recorder.throws = true;
   {
     EventQueue queue(&recorder);
-    for (int64_t id : {0, 1}) queue.OnFrame(RecordOf(id));
+    for (int64_t id : {0, 1}) queue.OnFrame(RecordOf(id), {});
   }
   EXPECT_THAT(Ids(recorder), ElementsAre(0));
 }

@@ -50,7 +50,7 @@ struct Result::Data {
 struct Slam::Data {
   Data(const Camera& camera, const Options& options, const RunSetup& setup)
       : events(QueueFor(setup.observer)),
-        run(RequestOf(camera, setup), Access::Settings(options), events.get()) {}
+        run(RequestOf(camera, setup), Access::Settings(options), {events.get(), {}, {}, {}}) {}
 
   std::unique_ptr<EventQueue> events;
   PushedRun run;

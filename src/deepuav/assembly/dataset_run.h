@@ -35,6 +35,8 @@ class DatasetRun {
   ~DatasetRun();
 
   int images() const { return images_.count(); }
+  /// Of the images as they are worked on, before the images themselves told more of it.
+  const Camera& camera() const { return dataset_->camera(); }
 
   /// What ends it early is told in the result. Throws Error for networks and maps that are missing,
   /// damaged or do not fit.

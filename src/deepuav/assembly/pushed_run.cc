@@ -10,7 +10,6 @@
 namespace deepuav {
 namespace {
 
-constexpr const char* kKind = "pushed images";
 constexpr int kMostWaiting = 10'000;
 
 Camera WorkingCamera(const Camera& camera, double working_pixels) {
@@ -29,7 +28,7 @@ const PushRequest& Checked(const PushRequest& request, const RunOptions& options
 std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& working,
                                   RunOptions* options) {
   if (request.map.empty()) return std::nullopt;
-  return LoadMaps(request.map, working, false, options);
+  return LoadMaps(request.map, working, request.calibration.focal_sigma > 0, options);
 }
 
 PushedImagesOptions QueueOf(const PushRequest& request, const Camera& camera,
@@ -47,8 +46,9 @@ void CheckGrows(Timestamp last, Timestamp time, const char* what) {
 }  // namespace
 
 PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> settings,
-                     RunObserver* observer)
+                     const PushHooks& hooks)
     : request_(Checked(request, settings->options)),
+      asked_to_stop_(hooks.stop),
       settings_(std::move(settings)),
       schedule_(ParseSchedule(request_.schedule)),
       loaded_(MapsOf(request_,
@@ -64,15 +64,22 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
   if (loaded_) CheckNetwork(request_.map, *loaded_, eyes_);
   const SystemOptions& options = settings_->options.system;
   run_.facts = FactsOf(eyes_, *settings_);
-  run_.facts.dataset_kind = kKind;
+  run_.facts.dataset_kind = request_.kind;
+  run_.facts.dataset_path = request_.source;
   run_.facts.schedule = request_.schedule;
   run_.facts.use = "auto";
   run_.facts.map_origin = OriginOf(loaded_, eyes_, options.localise_only);
   run_.facts.first_new_keyframe = KeyframeId{loaded_ ? loaded_->atlas.ids().keyframes : 0};
+  facts_before_ = run_.facts;
   slam_.emplace(camera_, options, eyes_.perception());
   if (loaded_) slam_->Load(std::move(loaded_->atlas));
   slam_->UseSensorsAtEnd([this] { return TakeSensors(); });
-  slam_->Observe(observer);
+  slam_->Observe(hooks.observer);
+  if (hooks.save_due) {
+    slam_->SaveWhenDue(hooks.save_due, [this, save = hooks.save](SlamResult result, Atlas atlas) {
+      save(Meanwhile(std::move(result), std::move(atlas)));
+    });
+  }
   thread_ = std::thread([this] { Work(&*slam_); });
 }
 
@@ -83,16 +90,16 @@ PushedRun::~PushedRun() {
 }
 
 void PushedRun::Work(Slam* slam) {
-  const Stopwatch running;
   const auto progress = [&](const FrameRecord&) {
-    if (run_.facts.start_up_s == 0) run_.facts.start_up_s = running.Seconds();
+    if (run_.facts.start_up_s == 0) run_.facts.start_up_s = running_.Seconds();
   };
   try {
-    run_.result = slam->Run(&images_, schedule_, progress, [this] { return stop_.load(); });
+    run_.result = slam->Run(&images_, schedule_, progress,
+                            [this] { return stop_ || (asked_to_stop_ && asked_to_stop_()); });
   } catch (const std::exception& error) {
     run_.result.failure = error.what();
   }
-  run_.facts.wall_s = running.Seconds();
+  run_.facts.wall_s = running_.Seconds();
   has_ended_ = true;
   images_.Abandon();
 }
@@ -149,6 +156,21 @@ void PushedRun::FeedBarometer(const BarometerSample& sample) {
   barometer_.samples.push_back(sample);
 }
 
+void PushedRun::Stop() {
+  stop_ = true;
+  images_.Abandon();
+}
+
+FinishedRun PushedRun::Meanwhile(SlamResult result, Atlas atlas) const {
+  result.skipped_late = images_.skipped();
+  FinishedRun run{std::move(result), std::move(atlas), camera_, facts_before_};
+  run.facts.images = images_.pushed();
+  run.facts.wall_s = running_.Seconds();
+  run.facts.calibration =
+      DescribeCalibration(request_.camera, request_.calibration.text, camera_, std::nullopt);
+  return run;
+}
+
 FinishedRun PushedRun::Finish() {
   if (is_finished_) throw WrongUse("the run was finished before: expected Finish once");
   is_finished_ = true;
@@ -159,7 +181,7 @@ FinishedRun PushedRun::Finish() {
   run_.atlas = slam_->TakeAtlas();
   run_.camera = slam_->camera();
   run_.facts.calibration =
-      DescribeCalibration(request_.camera, "calibrated", run_.camera, std::nullopt);
+      DescribeCalibration(request_.camera, request_.calibration.text, run_.camera, std::nullopt);
   return std::move(run_);
 }
 

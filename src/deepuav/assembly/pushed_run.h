@@ -24,16 +24,29 @@ struct PushRequest {
   std::optional<ImuStream> imu;
   GnssStream gnss;
   BarometerStream barometer;
+  std::string kind = "pushed images", source;  ///< For the summary: what they are, and of what.
+  CalibrationSource calibration;               ///< Of `camera`.
+};
+
+/// Who is told of a run over pushed images.
+struct PushHooks {
+  RunObserver* observer = nullptr;
+  /// Asked in any thread: whether to end, as Stop().
+  std::function<bool()> stop;
+  /// Asked after each frame: whether to save what there is of the run...
+  std::function<bool()> save_due;
+  /// ...which this is then given, in one of the run's threads.
+  std::function<void(FinishedRun)> save;
 };
 
 /// SLAM over images that are pushed. One run an instance, on threads of its own. Thread-safe:
 /// images may come from one thread and samples from others.
 class PushedRun {
  public:
-  /// `observer` (may be null) must outlive it. Throws WrongUse for a request that cannot be, Error
+  /// What `hooks` holds must outlive it. Throws WrongUse for a request that cannot be, Error
   /// for networks and maps that are missing, damaged or do not fit.
   PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> settings,
-            RunObserver* observer);
+            const PushHooks& hooks);
   /// Gives up what was not finished.
   ~PushedRun();
 
@@ -44,6 +57,16 @@ class PushedRun {
   void FeedFix(const GnssFix& fix);
   void FeedBarometer(const BarometerSample& sample);
 
+  /// No more images are looked at, and the end of the run takes limited time.
+  void Stop();
+  /// Images pushed, and of these overtaken by newer ones.
+  int pushed() const { return images_.pushed(); }
+  int skipped() const { return images_.skipped(); }
+  /// Of the images as they are worked on.
+  const Camera& working_camera() const { return camera_; }
+  /// Whether it ended by itself: by a failure, which Finish tells.
+  bool has_ended() const { return has_ended_; }
+
   /// Waits for the run to end after the last image. Once.
   FinishedRun Finish();
 
@@ -51,8 +74,10 @@ class PushedRun {
   SensorStreams TakeSensors();
   void Work(Slam* slam);
   void ThrowEnded() const;
+  FinishedRun Meanwhile(SlamResult result, Atlas atlas) const;
 
   const PushRequest request_;
+  const std::function<bool()> asked_to_stop_;
   const std::unique_ptr<RunSettings> settings_;
   const Schedule schedule_;
   std::optional<LoadedAtlas> loaded_;
@@ -65,6 +90,8 @@ class PushedRun {
   bool is_finished_ = false;
   std::optional<Slam> slam_;
   FinishedRun run_;
+  RunFacts facts_before_;
+  Stopwatch running_;
   std::atomic<bool> stop_{false};
   std::atomic<bool> has_ended_{false};  ///< Then `run_` is not written any more.
   std::thread thread_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,13 @@
 #include "deepuav/system/slam.h"
 
 namespace deepuav {
+
+/// What a live run's summary tells of its images.
+struct LiveFacts {
+  int64_t arrived = 0, frozen = 0, misfits = 0, reconnects = 0;  ///< As LiveCounts.
+  double median_latency_s = 0, p95_latency_s = 0;  ///< From an image's arrival to its pose.
+  int64_t posed = 0;                               ///< Frames that these are of, the latest.
+};
 
 /// What a run's summary tells besides its result.
 struct RunFacts {
@@ -29,6 +37,7 @@ struct RunFacts {
   FoundCalibration calibration;
   std::string use;  ///< Sensors, as asked for.
   std::vector<SensorFacts> sensors;
+  std::optional<LiveFacts> live;
 };
 
 /// What networks and options tell; the rest is left as it is.

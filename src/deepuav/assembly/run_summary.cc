@@ -119,6 +119,16 @@ Json GaugeTable(MapId map, const Gauge& gauge, const SlamResult& result) {
   return table;
 }
 
+Json LiveTable(const LiveFacts& live) {
+  return {{"arrived", live.arrived},
+          {"frozen", live.frozen},
+          {"misfits", live.misfits},
+          {"reconnects", live.reconnects},
+          {"latency_frames", live.posed},
+          {"median_latency_ms", 1e3 * live.median_latency_s},
+          {"p95_latency_ms", 1e3 * live.p95_latency_s}};
+}
+
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
   const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
@@ -135,36 +145,39 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
   }
   const MapId main = MainMap(frames);
   const auto processed = static_cast<int>(result.frames.size());
-  return {{"version", DEEPUAV_VERSION},
-          {"dataset",
-           {{"path", facts.dataset_path},
-            {"kind", facts.dataset_kind},
-            {"camera_file", facts.camera_file}}},
-          {"schedule", facts.schedule},
-          {"stopped_early", result.stopped},
-          {"frames",
-           {{"images", facts.images},
-            {"unreadable", facts.unreadable},
-            {"skipped_late", result.skipped_late},
-            {"processed", processed},
-            {"tracked_online", CountTrackedOnline(result)},
-            {"located", located},
-            {"lost", processed - located}}},
-          {"main_map", main.valid() ? numbers.at(main) : main.value},
-          {"maps", maps},
-          {"sensors", SensorTable(facts)},
-          {"features", facts.features},
-          {"matcher", facts.matcher},
-          {"vocabulary", facts.vocabulary},
-          {"models", ModelTable(facts.models)},
-          {"relocalisations", result.relocalisations},
-          {"closed_loops", result.closed_loops},
-          {"merged_maps", result.merged_maps},
-          {"wall_s", facts.wall_s},
-          {"start_up_s", facts.start_up_s},
-          {"peak_resident_mb", PeakResidentMb()},
-          {"stages", StageTable(result)},
-          {"options", facts.options}};
+  Json summary = {{"version", DEEPUAV_VERSION},
+                  {"dataset",
+                   {{"path", facts.dataset_path},
+                    {"kind", facts.dataset_kind},
+                    {"camera_file", facts.camera_file}}},
+                  {"schedule", facts.schedule},
+                  {"stopped_early", result.stopped},
+                  {"frames",
+                   {{"images", facts.images},
+                    {"unreadable", facts.unreadable},
+                    {"skipped_late", result.skipped_late},
+                    {"processed", processed},
+                    {"tracked_online", CountTrackedOnline(result)},
+                    {"located", located},
+                    {"lost", processed - located},
+                    {"forgotten", result.forgotten_frames}}},
+                  {"main_map", main.valid() ? numbers.at(main) : main.value},
+                  {"maps", maps},
+                  {"sensors", SensorTable(facts)},
+                  {"features", facts.features},
+                  {"matcher", facts.matcher},
+                  {"vocabulary", facts.vocabulary},
+                  {"models", ModelTable(facts.models)},
+                  {"relocalisations", result.relocalisations},
+                  {"closed_loops", result.closed_loops},
+                  {"merged_maps", result.merged_maps},
+                  {"wall_s", facts.wall_s},
+                  {"start_up_s", facts.start_up_s},
+                  {"peak_resident_mb", PeakResidentMb()},
+                  {"stages", StageTable(result)},
+                  {"options", facts.options}};
+  if (facts.live) summary["live"] = LiveTable(*facts.live);
+  return summary;
 }
 
 /// Names of files need not be UTF-8, but JSON is.

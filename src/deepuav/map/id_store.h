@@ -15,6 +15,17 @@ namespace deepuav {
 template <typename IdType, typename T>
 class IdStore {
  public:
+  IdStore() = default;
+  IdStore(const IdStore& other) : first_(other.first_), size_(other.size_) {
+    slots_.reserve(other.slots_.size());
+    for (const auto& slot : other.slots_)
+      slots_.push_back(slot ? std::make_unique<T>(*slot) : nullptr);
+  }
+  IdStore& operator=(const IdStore& other) { return *this = IdStore(other); }
+  IdStore(IdStore&&) noexcept = default;
+  IdStore& operator=(IdStore&&) noexcept = default;
+  ~IdStore() = default;
+
   bool Contains(IdType id) const {
     return id.value >= first_ && id.value - first_ < static_cast<int64_t>(slots_.size()) &&
            slots_[Slot(id)] != nullptr;

@@ -27,6 +27,7 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
   atlas_->At(local_map->map).keyframes().ForEach([&](const Keyframe& keyframe) {
     TellOfKeyframe(keyframe, local_map->map);
   });
+  if (observer_) observer_->OnMapState(atlas_->At(local_map->map));
   if (!loop_closer_) return local_map;
   atlas_->At(local_map->map).keyframes().ForEach([this](const Keyframe& keyframe) {
     loop_closer_->Remember(keyframe);
@@ -47,7 +48,9 @@ void BackEnd::TellOfKeyframe(const Keyframe& keyframe, MapId map) const {
 }
 
 void BackEnd::TellOfMap(MapChange change, MapId map, MapId into) const {
-  if (observer_) observer_->OnMap({change, map, into});
+  if (!observer_) return;
+  observer_->OnMap({change, map, into});
+  if (change != MapChange::kStarted) observer_->OnMapState(atlas_->At(into));
 }
 
 void BackEnd::StartAdjustment(MapId map) {
@@ -88,8 +91,10 @@ LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
   LocalMapPtr local_map = mapper_->InsertKeyframe(request);
   const auto centre = static_cast<size_t>(local_map->centre);
   newest_ = {local_map->map, local_map->keyframes[centre].id, request.frame};
-  if (observer_)
+  if (observer_) {
     TellOfKeyframe(atlas_->At(newest_->map).keyframes().At(newest_->keyframe), newest_->map);
+    observer_->OnMapState(atlas_->At(newest_->map));
+  }
   return local_map;
 }
 

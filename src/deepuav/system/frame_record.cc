@@ -35,6 +35,21 @@ void MovePixels(const PixelMove& move, FrameRecord* record) {
   for (FrameRecord::Seen& seen : record->seen) seen.measured.px = move(seen.measured.px);
 }
 
+FrameRecord WithoutWhatItSaw(const FrameRecord& record) {
+  FrameRecord bare;
+  bare.id = record.id;
+  bare.time = record.time;
+  bare.state = record.state;
+  bare.reason = record.reason;
+  bare.keypoint_count = record.keypoint_count;
+  bare.tracked_online = record.tracked_online;
+  bare.map = record.map;
+  bare.pose = record.pose;
+  bare.cam_from_world = record.cam_from_world;
+  bare.landmark_count = record.landmark_count;
+  return bare;
+}
+
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share) {
   const int before = i > 0 ? records[i - 1].landmark_count : 0;
   const int after = i + 1 < records.size() ? records[i + 1].landmark_count : 0;

@@ -41,6 +41,9 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result);
 /// Gives what was measured in the frame another place in the undistorted camera.
 void MovePixels(const PixelMove& move, FrameRecord* record);
 
+/// The record without landmarks seen and features.
+FrameRecord WithoutWhatItSaw(const FrameRecord& record);
+
 /// Whether frame i sees so few landmarks beside its neighbours, less than this share of one's, that
 /// its pose may be wrong; or it has none.
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share);

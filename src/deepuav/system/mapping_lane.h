@@ -25,6 +25,8 @@ class MappingLane {
   virtual LocalMapPtr Collect() = 0;
   /// Waits until nothing is left to do: the atlas may be read then. Throws what the back end threw.
   virtual void Settle() = 0;
+  /// Has `visit` called between two changes of the atlas, once the work at hand is done.
+  virtual void Visit(std::function<void()> visit) = 0;
 };
 
 /// Maps in the calling thread.
@@ -41,6 +43,7 @@ class SequentialLane : public MappingLane {
   bool Ready() const override { return true; }
   LocalMapPtr Collect() override { return std::move(local_map_); }
   void Settle() override {}
+  void Visit(std::function<void()> visit) override { visit(); }
 
  private:
   BackEnd* back_end_;
@@ -57,9 +60,10 @@ class ThreadedLane : public MappingLane {
   bool Ready() const override;
   LocalMapPtr Collect() override { return under_way_.get(); }
   void Settle() override;
+  void Visit(std::function<void()> visit) override { tasks_.Push(std::move(visit)); }
 
  private:
-  /// A keyframe's insertion and what follows it, and another's insertion behind them.
+  /// A keyframe's insertion and what follows it, a visit, and another's insertion behind them.
   static constexpr size_t kMostTasks = 4;
 
   template <typename Result>

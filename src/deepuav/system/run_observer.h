@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "deepuav/base/ids.h"
 #include "deepuav/geometry/se3.h"
+#include "deepuav/map/map.h"
 #include "deepuav/system/frame_record.h"
 
 namespace deepuav {
@@ -39,10 +41,15 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
   /// A frame's state as it was when its turn came, in the frames' order. The record's
-  /// cam_from_world is in the world of its map as it was then.
-  virtual void OnFrame(const FrameRecord& record) = 0;
+  /// cam_from_world is in the world of its map as it was then. `frame` shares features and image
+  /// with the run, which are not changed any more.
+  virtual void OnFrame(const FrameRecord& record, const Frame& frame) = 0;
   virtual void OnKeyframe(KeyframeEvent event) = 0;
   virtual void OnMap(const MapEvent& event) = 0;
+  /// After every keyframe and change, with the map as it is now: to be read during the call only.
+  virtual void OnMapState(const Map& /*map*/) {}
+  /// A stage ended that took so long.
+  virtual void OnStage(const std::string& /*stage*/, double /*seconds*/) {}
 };
 
 }  // namespace deepuav

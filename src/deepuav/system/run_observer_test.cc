@@ -16,7 +16,8 @@ constexpr int kFrames = kLap + 30;  // around the court and on past its beginnin
 
 class Recorder : public RunObserver {
  public:
-  void OnFrame(const FrameRecord& record) override {
+  void OnFrame(const FrameRecord& record, const Frame& frame) override {
+    EXPECT_EQ(frame.id, record.id);
     const std::scoped_lock lock(mutex_);
     frames.push_back(record);
   }
@@ -58,6 +59,22 @@ class RunObserverTest : public testing::Test {
     flight.camera.pinhole.fx *= 1.04;
     flight.camera.pinhole.fy *= 1.04;
     return flight;
+  }
+
+  /// As Fly; what was saved meanwhile goes into `saved`.
+  Outcome FlySaving(Schedule schedule, std::vector<Outcome>* saved) {
+    PreparedFeatures extractor(flight_.features);
+    NearestNeighbourMatcher matcher({});
+    NumberedImages images(flight_.size(), flight_.frame_interval_s);
+    Slam slam(flight_.camera, {}, Perception{&extractor, &matcher, &vocabulary_, nullptr});
+    int asked = 0;
+    slam.SaveWhenDue([&asked] { return ++asked % 50 == 0; },
+                     [saved](SlamResult result, Atlas atlas) {
+                       saved->push_back({std::move(result), std::move(atlas)});
+                     });
+    Outcome outcome{slam.Run(&images, schedule), {}};
+    outcome.atlas = slam.TakeAtlas();
+    return outcome;
   }
 
   Outcome Fly(Schedule schedule, RunObserver* observer) {
@@ -114,6 +131,34 @@ TEST_F(RunObserverTest, IsToldOfAllAndChangesNothing) {
                   recorder.keyframes[1].new_landmarks_world.size(),
               50u);
     ExpectAgreement(recorder);
+  }
+}
+
+TEST_F(RunObserverTest, SavingMeanwhileGivesWhatThereIsAndChangesNothing) {
+  const Outcome unsaved = Fly(Schedule::kSequential, nullptr);
+  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded}) {
+    std::vector<Outcome> saved;
+    const Outcome outcome = FlySaving(schedule, &saved);
+    ASSERT_EQ(outcome.result.frames.size(), unsaved.result.frames.size());
+    for (size_t i = 0; i < outcome.result.frames.size(); ++i) {
+      EXPECT_TRUE(outcome.result.frames[i].cam_from_world.Matrix() ==
+                  unsaved.result.frames[i].cam_from_world.Matrix())
+          << i;
+    }
+    ASSERT_EQ(saved.size(), outcome.result.frames.size() / 50);
+    for (size_t i = 0; i < saved.size(); ++i) {
+      const Outcome& meanwhile = saved[i];
+      ASSERT_EQ(meanwhile.result.frames.size(), 50 * (i + 1));
+      const Map& map = meanwhile.atlas.At(MapId{0});
+      EXPECT_GT(map.KeyframeCount(), 1);
+      for (const FrameRecord& record : meanwhile.result.frames) {
+        EXPECT_TRUE(record.seen.empty());
+        if (!record.located()) continue;
+        EXPECT_TRUE(record.cam_from_world.Matrix() == map.PoseOf(record.pose).Matrix());
+      }
+    }
+    EXPECT_LT(saved.front().atlas.At(MapId{0}).KeyframeCount(),
+              outcome.atlas.At(MapId{0}).KeyframeCount());
   }
 }
 

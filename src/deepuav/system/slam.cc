@@ -4,92 +4,10 @@
 #include <atomic>
 #include <cmath>
 
-#include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
 #include "deepuav/system/calibration_correction.h"
 
 namespace deepuav {
-
-namespace {
-
-/// Calls visit(prefix, part) for every struct of options within `options`, with the name that it is
-/// registered under, and before the one that it lies in.
-template <typename Options, typename Visitor>
-void VisitParts(Options& options, Visitor&& visit) {
-  visit("patches", options.patches);
-  auto& tracking = options.tracking;
-  visit("tracking.visibility", tracking.locator.visibility);
-  visit("tracking.projection", tracking.locator.projection);
-  visit("tracking.absolute_pose", tracking.locator.absolute_pose);
-  visit("tracking.motion_only", tracking.locator.motion_only);
-  visit("tracking", tracking.locator);
-  visit("initialiser.two_view", tracking.initialiser.two_view);
-  visit("initialiser.absolute_pose", tracking.initialiser.absolute_pose);
-  visit("initialiser", tracking.initialiser);
-  visit("keyframes", tracking.keyframes);
-  visit("tracking", tracking);
-  auto& mapping = options.mapping;
-  visit("mapping.reference", mapping.local_map.reference);
-  visit("mapping.local_map", mapping.local_map);
-  visit("mapping.model_noise", mapping.model_noise);
-  visit("mapping.epipolar", mapping.creation.epipolar);
-  visit("mapping.creation", mapping.creation);
-  visit("mapping.fusion.visibility", mapping.fusion.visibility);
-  visit("mapping.fusion.projection", mapping.fusion.projection);
-  visit("mapping.fusion", mapping.fusion);
-  visit("mapping.local_bundle", mapping.local_bundle);
-  visit("mapping.global_bundle", mapping.global_bundle);
-  visit("mapping.lens", mapping.lens);
-  visit("mapping", mapping);
-  visit("survey", options.survey);
-  auto& looping = options.looping;
-  visit("looping.recogniser", looping.recogniser);
-  visit("looping.relocaliser.absolute_pose", looping.relocaliser.absolute_pose);
-  visit("looping.relocaliser", looping.relocaliser);
-  visit("looping.verifier.place", looping.verifier.place);
-  visit("looping.verifier.sim3", looping.verifier.sim3);
-  visit("looping.verifier", looping.verifier);
-  visit("looping.essential_graph.pose_graph", looping.essential_graph.pose_graph);
-  visit("looping.essential_graph", looping.essential_graph);
-  visit("looping", looping);
-  auto& sensors = options.sensors;
-  visit("sensors.gnss", sensors.gnss);
-  visit("sensors.barometer", sensors.barometer);
-  visit("sensors.georeference", sensors.georeference);
-  visit("sensors.imu", sensors.imu);
-  visit("sensors", sensors);
-}
-
-}  // namespace
-
-Schedule ParseSchedule(const std::string& name) {
-  if (name == "sequential") return Schedule::kSequential;
-  if (name == "threaded") return Schedule::kThreaded;
-  if (name == "live") return Schedule::kLive;
-  throw Error("schedule is '{}': expected sequential, threaded or live", name);
-}
-
-void SystemOptions::Check() const {
-  CheckRange("system.map_delay_frames", map_delay_frames, 1, 1000);
-  CheckRange("system.frames_ahead", frames_ahead, 1, 100);
-  CheckRange("system.full_record_frames", full_record_frames, 0, 100'000'000);
-  CheckRange("system.old_record_landmarks", old_record_landmarks, 0, 1'000'000);
-  CheckOption(min_neighbour_share >= 0 && min_neighbour_share <= 1, "system.min_neighbour_share",
-              min_neighbour_share, "0 to 1");
-  CheckRange("system.max_unlocated_frames", max_unlocated_frames, 0, 1'000'000);
-  CheckRange("system.adjustment_delay_keyframes", adjustment_delay_keyframes, 1, 1'000'000);
-  CheckRange("system.end_reference_tries", end_reference_tries, 1, 100);
-  CheckRange("system.max_gap_frames", max_gap_frames, 0, 1'000'000);
-  CheckRange("system.turned_interval_s", turned_interval_s, 0, 1e6);
-  CheckRange("system.finish_stopped_s", finish_stopped_s, 0, 3600);
-  VisitParts(*this, [](const char* prefix, const auto& part) { CheckUnder(prefix, part); });
-}
-
-void RegisterOptions(SystemOptions* options, OptionRegistry* registry) {
-  registry->Add("system", options);
-  VisitParts(*options, [&](const char* prefix, auto& part) { registry->Add(prefix, &part); });
-}
 
 namespace {
 
@@ -106,6 +24,15 @@ TrackingOptions TrackingIn(const SystemOptions& options) {
   TrackingOptions tracking = options.tracking;
   tracking.starts_maps = !options.localise_only;
   return tracking;
+}
+
+/// Gives located frames the poses that the maps as they are give them.
+void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records) {
+  for (FrameRecord& record : *records) {
+    if (!record.located()) continue;
+    record.map = atlas.Current(record.map);
+    record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
+  }
 }
 
 SystemOptions WithSharedPatches(SystemOptions options) {
@@ -128,6 +55,7 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       relocaliser_(camera, options_.looping.relocaliser, options_.tracking.locator,
                    MatchersOfPlaces(), &clock_) {
   options_.Check();
+  clock_.RememberLatest(static_cast<size_t>(options_.max_records));
 }
 
 PlaceMatchers Slam::MatchersOfPlaces() {
@@ -158,6 +86,9 @@ void Slam::Load(Atlas atlas) {
 void Slam::Observe(RunObserver* observer) {
   observer_ = observer;
   back_end_.Observe(observer);
+  if (!observer) return clock_.Tell(nullptr);
+  clock_.Tell(
+      [observer](const std::string& stage, double seconds) { observer->OnStage(stage, seconds); });
 }
 
 SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& progress,
@@ -199,6 +130,9 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
 
 void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Progress& progress,
                       const std::function<bool()>& stop, SlamResult* result) {
+  RecordKeeper records({options_.min_neighbour_share, options_.max_unlocated_frames,
+                        options_.full_record_frames, options_.old_record_landmarks,
+                        options_.max_records});
   try {
     while (true) {
       result->stopped = stop && stop();
@@ -209,12 +143,13 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
         break;
       }
       result->frames.push_back(Process(*frame, mapping, live));
-      LimitFeatures(&result->frames);
-      ThinOld(&result->frames);
-      if (observer_) observer_->OnFrame(result->frames.back());
+      records.Limit(&result->frames);
+      result->forgotten_frames = records.forgotten();
+      if (observer_) observer_->OnFrame(result->frames.back(), *frame);
       if (progress) progress(result->frames.back());
+      if (meanwhile_.due && meanwhile_.due()) SaveMeanwhile(mapping, *result);
     }
-    JudgeLast(&result->frames);
+    records.End(&result->frames);
     if (keyframe_under_way_) mapping->Collect();
     mapping->Settle();
   } catch (const std::exception& error) {
@@ -318,30 +253,25 @@ void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) 
   keyframe_under_way_.reset();
 }
 
-void Slam::LimitFeatures(std::vector<FrameRecord>* records) {
-  const size_t last = records->size() - 1;
-  // Only now both neighbours of the frame before are known.
-  if (!with_features_.empty() && with_features_.back() + 1 == last &&
-      !SeesLittle(*records, last - 1, options_.min_neighbour_share)) {
-    (*records)[last - 1].features.reset();
-    with_features_.pop_back();
-  }
-  with_features_.push_back(last);
-  if (static_cast<int>(with_features_.size()) <= options_.max_unlocated_frames) return;
-  (*records)[with_features_.front()].features.reset();
-  with_features_.pop_front();
+SlamResult Slam::ResultSoFar(const SlamResult& result) const {
+  SlamResult so_far;
+  so_far.relocalisations = relocalisations_;
+  so_far.forgotten_frames = result.forgotten_frames;
+  so_far.frames.reserve(result.frames.size());
+  for (const FrameRecord& record : result.frames) so_far.frames.push_back(WithoutWhatItSaw(record));
+  return so_far;
 }
 
-void Slam::JudgeLast(std::vector<FrameRecord>* records) const {
-  if (records->empty()) return;
-  if (!SeesLittle(*records, records->size() - 1, options_.min_neighbour_share))
-    records->back().features.reset();
-}
-
-void Slam::ThinOld(std::vector<FrameRecord>* records) const {
-  const auto newer = static_cast<size_t>(options_.full_record_frames);
-  if (records->size() > newer)
-    Thin(options_.old_record_landmarks, &(*records)[records->size() - 1 - newer]);
+void Slam::SaveMeanwhile(MappingLane* mapping, const SlamResult& result) {
+  auto so_far = std::make_shared<SlamResult>(ResultSoFar(result));
+  mapping->Visit([this, so_far] {
+    Atlas copy = atlas_;
+    so_far->closed_loops = back_end_.closed_loops();
+    so_far->merged_maps = back_end_.merged_maps();
+    so_far->stage_durations_s = clock_.Durations();
+    PlaceInMaps(copy, &so_far->frames);
+    meanwhile_.take(std::move(*so_far), std::move(copy));
+  });
 }
 
 void Slam::AdjustAll(const std::function<bool()>& stop, SlamResult* result) {
@@ -400,11 +330,7 @@ TrajectoryFinish Slam::MakeFinish(FrameLocator* locator) const {
 }
 
 void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
-  for (FrameRecord& record : *records) {
-    if (!record.located()) continue;
-    record.map = atlas_.Current(record.map);
-    record.cam_from_world = atlas_.At(record.map).PoseOf(record.pose);
-  }
+  PlaceInMaps(atlas_, records);
   const StageScope stage(&clock_, "finish trajectory");
   LocatorOptions thorough = options_.tracking.locator;
   thorough.reference_tries = options_.end_reference_tries;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,6 +18,7 @@
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/inertial_gauge.h"
 #include "deepuav/system/mapping_lane.h"
+#include "deepuav/system/record_limits.h"
 #include "deepuav/system/run_observer.h"
 #include "deepuav/system/shared_matcher.h"
 #include "deepuav/system/stage_clock.h"
@@ -47,6 +47,8 @@ struct SystemOptions {
   int full_record_frames =
       3000;  ///< Latest frames of which all that they saw is kept to refine their poses at the end.
   int old_record_landmarks = 80;  ///< Kept of what an earlier frame saw.
+  int max_records = 0;  ///< Frames remembered at most: beyond, every second one of the older half
+                        ///< is forgotten; 0: all are remembered.
   int adjustment_delay_keyframes =
       5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
   bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
@@ -80,6 +82,10 @@ struct SystemOptions {
     visit("full_record_frames", full_record_frames, "",
           "latest frames of which all landmarks seen are kept to refine their poses at the end");
     visit("old_record_landmarks", old_record_landmarks, "", "of these, kept of an earlier frame");
+    visit(
+        "max_records", max_records, "",
+        "frames remembered at most, beyond which every second one of the older half is forgotten; "
+        "0: all are remembered");
     visit("adjustment_delay_keyframes", adjustment_delay_keyframes, "",
           "keyframes after a closed loop until the whole map is adjusted");
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
@@ -106,7 +112,8 @@ void RegisterOptions(SystemOptions* options, OptionRegistry* registry);
 struct SlamResult {
   std::vector<FrameRecord> frames;
   std::map<std::string, std::vector<double>> stage_durations_s;
-  int skipped_late = 0;  ///< Images left out by the live schedule.
+  int skipped_late = 0;          ///< Images left out by the live schedule.
+  int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
@@ -151,6 +158,12 @@ class Slam {
   /// `observer` (may be null) must outlive the run.
   void Observe(RunObserver* observer);
 
+  /// `due` is asked after each frame; where it says true `take` gets a copy of what there is of the
+  /// run, in another thread: the maps as they are and the frames in them, without what they saw.
+  void SaveWhenDue(std::function<bool()> due, std::function<void(SlamResult, Atlas)> take) {
+    meanwhile_ = {std::move(due), std::move(take)};
+  }
+
   /// Runs over all images. `stop` is asked before each frame, in other threads too while an image
   /// is waited for or the whole map is adjusted; once it says true the run ends as if there were no
   /// more, but for a limit on the time that finishing takes.
@@ -178,12 +191,8 @@ class Slam {
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
-  /// Lets go of the features of frames whose pose is sure, and once there are too many of the
-  /// oldest.
-  void LimitFeatures(std::vector<FrameRecord>* records);
-  /// The same for the last frame, which has no next one to wait for.
-  void JudgeLast(std::vector<FrameRecord>* records) const;
-  void ThinOld(std::vector<FrameRecord>* records) const;
+  SlamResult ResultSoFar(const SlamResult& result) const;
+  void SaveMeanwhile(MappingLane* mapping, const SlamResult& result);
   void AdjustAll(const std::function<bool()>& stop, SlamResult* result);
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
@@ -216,7 +225,10 @@ class Slam {
   KeyframeId first_new_keyframe_{0};    ///< Those before it came with Load.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.
   std::optional<FrameId> keyframe_under_way_;
-  std::deque<size_t> with_features_;  ///< Records that keep their features, by growing index.
+  struct Meanwhile {
+    std::function<bool()> due;
+    std::function<void(SlamResult, Atlas)> take;
+  } meanwhile_;
 };
 
 }  // namespace deepuav

@@ -29,6 +29,21 @@ TEST(StageClock, MeasuresEachTimeAStageRan) {
   }
 }
 
+TEST(StageClock, RemembersTheLatestAndTellsOfAll) {
+  StageClock clock;
+  int told = 0;
+  clock.RememberLatest(10);
+  clock.Tell([&told](const std::string& stage, double /*seconds*/) { told += stage == "stage"; });
+  constexpr int kCalls = 1000;
+  for (int i = 0; i < kCalls; ++i) clock.Add("stage", i);
+  const std::vector<double> durations = clock.Durations().at("stage");
+  EXPECT_GE(durations.size(), 10u);
+  EXPECT_LE(durations.size(), 20u);
+  EXPECT_EQ(durations.back(), kCalls - 1);
+  EXPECT_TRUE(std::is_sorted(durations.begin(), durations.end()));
+  EXPECT_EQ(told, kCalls);
+}
+
 TEST(StageClock, AnEndWithoutBeginIsNothing) {
   StageClock clock;
   clock.End("never begun");

@@ -1,0 +1,206 @@
+#include "deepuav/assembly/live_run.h"
+
+#include <algorithm>
+
+#include "deepuav/assembly/meanwhile_saver.h"
+#include "deepuav/assembly/wrong_use.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/geometry/camera_scale.h"
+#include "deepuav/io/camera_file.h"
+#include "deepuav/io/found_camera.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int kRememberedFrames = 10'000;  // Unless the options say otherwise.
+constexpr int kFullShare = 10;  // One of so many at most is remembered with all that it saw.
+
+/// Passes everything on, and measures when poses come.
+class MeasuringObserver : public RunObserver {
+ public:
+  MeasuringObserver(LatencyMeter* latency, RunObserver* next) : latency_(latency), next_(next) {}
+
+  void OnFrame(const FrameRecord& record, const Frame& frame) override {
+    latency_->Done(record.time);
+    if (next_) next_->OnFrame(record, frame);
+  }
+  void OnKeyframe(KeyframeEvent event) override {
+    if (next_) next_->OnKeyframe(std::move(event));
+  }
+  void OnMap(const MapEvent& event) override {
+    if (next_) next_->OnMap(event);
+  }
+  void OnMapState(const Map& map) override {
+    if (next_) next_->OnMapState(map);
+  }
+  void OnStage(const std::string& stage, double seconds) override {
+    if (next_) next_->OnStage(stage, seconds);
+  }
+
+ private:
+  LatencyMeter* const latency_;
+  RunObserver* const next_;
+};
+
+ImageClock ClockOf(const std::string& name, bool is_stream) {
+  if (name == "arrival") return ImageClock::kArrival;
+  if (name == "stream") return ImageClock::kStream;
+  if (name != "auto") throw WrongUse("clock is '{}': expected auto, arrival or stream", name);
+  return is_stream ? ImageClock::kArrival : ImageClock::kStream;
+}
+
+}  // namespace
+
+LiveRun::LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings)
+    : request_(std::move(request)), settings_(std::move(settings)) {
+  const bool is_stream = IsStreamAddress(request_.source);
+  request_.feed.clock.clock = ClockOf(request_.clock, is_stream);
+  push_.schedule = "live";
+  push_.map = request_.map;
+  push_.kind = "live";
+  OpenSource();
+  push_.source = source_->Name();
+  SystemOptions& system = settings_->options.system;
+  if (system.max_records == 0) system.max_records = kRememberedFrames;
+  system.full_record_frames =
+      std::min(system.full_record_frames, std::max(1, system.max_records / kFullShare));
+  if (push_.calibration.focal_sigma > 0) system.refine_focal = true;
+}
+
+LiveRun::~LiveRun() = default;
+
+void LiveRun::OpenSource() {
+  if (IsStreamAddress(request_.source)) {
+    if (request_.pace.loop || request_.pace.speed != 1)
+      throw WrongUse("{}: --loop and --speed are of files and datasets",
+                     WithoutSecrets(request_.source));
+    FindStreamCamera();
+    return;
+  }
+  DatasetOptions options = settings_->options.images;
+  options.camera_file = request_.camera;
+  dataset_ = OpenDataset(request_.source, options);
+  push_.camera = dataset_->camera();
+  push_.calibration = dataset_->Calibration();
+  source_ = std::make_unique<DatasetSource>(dataset_.get(), request_.source, request_.pace);
+}
+
+void LiveRun::FindStreamCamera() {
+  std::optional<CameraFile> file;
+  if (!request_.camera.empty()) file = ReadCameraFile(request_.camera);
+  StreamOptions options = request_.stream;
+  const bool is_calibrated = file && file->has_intrinsics;
+  if (is_calibrated) {
+    options.width_px = file->camera.width;
+    options.height_px = file->camera.height;
+  }
+  auto source = std::make_unique<StreamSource>(request_.source, options);
+  source->Open();
+  const std::optional<LiveImage> first = source->Next({});
+  if (!first) throw Error("{}: gives no image: expected one", source->Name());
+  const cv::Size size = first->image.size();
+  if (is_calibrated) {
+    push_.camera = CameraForSize(file->camera, size, source->Name(), request_.camera);
+    if (file->refine) push_.calibration = CalibrationByHand();
+  } else {
+    const FoundCamera guess = GuessedCamera(size);
+    push_.camera = guess.camera;
+    push_.calibration = guess.source;
+    Log().warn("{}: no calibration: the focal length is a guess, {:.0f} px: --camera gives one",
+               source->Name(), guess.camera.pinhole.fx);
+  }
+  source_ = std::move(source);
+}
+
+Camera LiveRun::working_camera() const {
+  const cv::Size size = WorkingSize({push_.camera.width, push_.camera.height},
+                                    settings_->options.images.working_pixels);
+  return ScaledCamera(push_.camera, size.width, size.height);
+}
+
+LiveStatus LiveRun::status() const {
+  constexpr size_t kLatest = 200;
+  const std::scoped_lock lock(mutex_);
+  LiveStatus status = last_;
+  if (feed_) status.counts = feed_->counts();
+  if (run_) {
+    status.pushed = run_->pushed();
+    status.skipped = run_->skipped();
+  }
+  status.latency = latency_.Latest(kLatest);
+  return status;
+}
+
+LiveFacts LiveRun::Facts() const {
+  const LiveCounts counts = status().counts;
+  const LatencyMeter::Latencies latency = latency_.All();
+  return {counts.arrived,   counts.frozen, counts.misfits, counts.reconnects,
+          latency.median_s, latency.p95_s, latency.count};
+}
+
+void LiveRun::FeedAll(const LiveHooks& hooks, PushedRun* run) {
+  const auto stop = [&] { return run->has_ended() || (hooks.stop && hooks.stop()); };
+  LiveFeed feed(source_.get(), {push_.camera.width, push_.camera.height}, request_.feed,
+                {[&](GreyImage image, Timestamp time, const Stopwatch& since_arrival) {
+                   if (stop()) return;
+                   latency_.Arrived(time, since_arrival);
+                   run->Feed(image, time);
+                 },
+                 [&](const std::string& line) {
+                   Log().warn("{}: {}", source_->Name(), line);
+                   if (hooks.say) hooks.say(line);
+                 }});
+  {
+    const std::scoped_lock lock(mutex_);
+    feed_ = &feed;
+  }
+  const auto forget = [this] {
+    const LiveStatus status = this->status();
+    const std::scoped_lock lock(mutex_);
+    last_ = status;
+    feed_ = nullptr;
+  };
+  try {
+    feed.Run(stop);
+  } catch (...) {
+    forget();
+    throw;
+  }
+  forget();
+}
+
+FinishedRun LiveRun::Run(const LiveHooks& hooks) {
+  MeasuringObserver observer(&latency_, hooks.observer);
+  MeanwhileSaver saver(hooks.out, hooks.save_every_s);
+  PushedRun run(push_, std::move(settings_),
+                {&observer, hooks.stop, [&saver] { return saver.Due(); },
+                 [&](FinishedRun meanwhile) {
+                   meanwhile.facts.live = Facts();
+                   saver.Save(std::move(meanwhile));
+                 }});
+  {
+    const std::scoped_lock lock(mutex_);
+    run_ = &run;
+  }
+  const auto forget = [this] {
+    const LiveStatus status = this->status();
+    const std::scoped_lock lock(mutex_);
+    last_ = status;
+    run_ = nullptr;
+  };
+  try {
+    FeedAll(hooks, &run);
+    if (hooks.stop && hooks.stop()) run.Stop();
+    FinishedRun finished = run.Finish();
+    forget();
+    finished.facts.live = Facts();
+    if (dataset_) finished.facts.calibration.source = push_.calibration.text;
+    saver.Stop();
+    return finished;
+  } catch (...) {
+    forget();
+    throw;
+  }
+}
+
+}  // namespace deepuav

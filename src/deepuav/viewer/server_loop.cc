@@ -1,0 +1,294 @@
+#include "deepuav/viewer/server_loop.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/viewer/own_addresses.h"
+
+namespace deepuav {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using beast::error_code;
+
+constexpr int kMostRequests = 100;  // Of a connection.
+constexpr double kTickInterval = 0.025, kAcceptPause = 0.1;
+constexpr int kSendBufferBytes = 128 * 1024;  // What waits there is old when it arrives.
+constexpr size_t kMostMessageBytes = 1024;    // From clients.
+
+std::chrono::steady_clock::duration Seconds(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(seconds));
+}
+
+auto Telling(error_code* problem) { return asio::redirect_error(asio::use_awaitable, *problem); }
+
+std::string_view View(beast::string_view text) { return {text.data(), text.size()}; }
+
+PageRequest RequestOf(const ServerLoop::Parser::value_type& request) {
+  return {request.method() == http::verb::get, View(request.target()),
+          View(request[http::field::host]), View(request[http::field::origin]),
+          View(request[http::field::cookie])};
+}
+
+using Response = http::response<http::span_body<const char>>;
+
+/// The page may show and ask for nothing but its own files, and stand in no one else's.
+void AddSafety(std::string_view host, Response* response) {
+  response->set("Content-Security-Policy",
+                fmt::format("default-src 'none'; script-src 'self'; style-src 'self' "
+                            "'unsafe-inline'; img-src 'self' blob: data:; connect-src 'self' "
+                            "ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+                            host));
+  response->set("X-Content-Type-Options", "nosniff");
+  response->set("X-Frame-Options", "DENY");
+  response->set("Referrer-Policy", "no-referrer");
+  response->set("Cross-Origin-Resource-Policy", "same-origin");
+  response->set(http::field::cache_control, "no-store");
+}
+
+Response ResponseOf(const PageAnswer& answer, std::string_view host, bool keep_alive) {
+  Response response;
+  response.version(11);
+  response.result(static_cast<unsigned>(answer.status));
+  response.set(http::field::content_type,
+               beast::string_view(answer.type.data(), answer.type.size()));
+  // A refused name is not repeated.
+  AddSafety(answer.status == 200 ? host : "localhost", &response);
+  if (!answer.cookie.empty()) response.set(http::field::set_cookie, answer.cookie);
+  if (!answer.location.empty()) response.set(http::field::location, answer.location);
+  response.body() = beast::span<const char>(answer.body.data(), answer.body.size());
+  response.keep_alive(keep_alive);
+  response.prepare_payload();
+  return response;
+}
+
+}  // namespace
+
+ServerLoop::ServerLoop(ViewModel* model, const ViewServerOptions& options)
+    : model_(model), options_(options) {
+  options_.Check();
+  const bool is_open_to_others = !IsLoopback(options_.listen);
+  const tcp::endpoint endpoint(asio::ip::make_address(options_.listen),
+                               static_cast<uint16_t>(options_.port));
+  error_code problem;
+  acceptor_.open(endpoint.protocol(), problem);
+  if (!problem) acceptor_.set_option(asio::socket_base::reuse_address(true), problem);
+  if (!problem) acceptor_.bind(endpoint, problem);
+  if (!problem) acceptor_.listen(asio::socket_base::max_listen_connections, problem);
+  if (problem)
+    throw Error("{}:{}: no page can be served there: {}", options_.listen, options_.port,
+                problem.message());
+  rules_.port = acceptor_.local_endpoint().port();
+  rules_.hosts = OwnHosts(options_.listen);
+  if (is_open_to_others) rules_.token = NewToken();
+}
+
+std::string ServerLoop::Url() const {
+  std::string url = fmt::format("http://{}:{}/", rules_.hosts.front(), rules_.port);
+  if (!rules_.token.empty()) url += "?token=" + rules_.token;
+  return url;
+}
+
+void ServerLoop::Run() {
+  asio::co_spawn(context_, Accept(), asio::detached);
+  asio::co_spawn(context_, Tick(), asio::detached);
+  while (!context_.stopped()) {
+    try {
+      context_.run();
+    } catch (const std::exception& error) {
+      Log().debug("view: {}", error.what());
+    }
+  }
+}
+
+void ServerLoop::Stop() { context_.stop(); }
+
+ServerLoop::Task<> ServerLoop::Accept() {
+  asio::steady_timer pause(context_);
+  while (true) {
+    error_code problem;
+    tcp::socket socket = co_await acceptor_.async_accept(Telling(&problem));
+    if (problem) {  // As without descriptors.
+      pause.expires_after(Seconds(kAcceptPause));
+      co_await pause.async_wait(Telling(&problem));
+      continue;
+    }
+    MakeRoom();
+    socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), problem);
+    socket.set_option(tcp::no_delay(true), problem);
+    auto stream = std::make_shared<Stream>(std::move(socket));
+    connections_.push_back(stream);
+    asio::co_spawn(context_, Serve(std::move(stream)), asio::detached);
+  }
+}
+
+void ServerLoop::MakeRoom() {
+  if (connections_.size() < static_cast<size_t>(options_.most_connections)) return;
+  connections_.front()->close();
+  connections_.pop_front();
+}
+
+ServerLoop::Task<> ServerLoop::Tick() {
+  asio::steady_timer timer(context_);
+  while (true) {
+    timer.expires_after(Seconds(kTickInterval));
+    error_code problem;
+    co_await timer.async_wait(Telling(&problem));
+    try {
+      model_->Refresh();
+    } catch (const std::exception& error) {
+      Log().debug("view: {}", error.what());
+    }
+    for (const ViewerPtr& viewer : viewers_) {
+      if (viewer->since_write_began &&
+          viewer->since_write_began->Seconds() > options_.write_timeout_s)
+        Close(viewer.get());
+    }
+  }
+}
+
+ServerLoop::Task<> ServerLoop::Serve(std::shared_ptr<Stream> stream) {
+  beast::flat_buffer buffer(static_cast<size_t>(2 * options_.most_header_bytes));
+  bool goes_on = true;
+  for (int request = 0; goes_on && request < kMostRequests; ++request) {
+    Parser parser;
+    parser.header_limit(static_cast<uint32_t>(options_.most_header_bytes));
+    parser.body_limit(0);
+    stream->expires_after(Seconds(options_.request_timeout_s));
+    error_code problem;
+    co_await http::async_read(*stream, buffer, parser, Telling(&problem));
+    if (problem) {
+      co_await Refuse(stream.get(), problem);
+      break;
+    }
+    PageAnswer refusal;
+    if (websocket::is_upgrade(parser.get()) && MayWatch(parser.get(), &refusal)) {
+      connections_.remove(stream);
+      auto viewer = std::make_shared<Viewer>(std::move(*stream));
+      co_await Watch(std::move(viewer), parser.release());
+      co_return;
+    }
+    goes_on = co_await Answer(stream.get(), parser);
+  }
+  connections_.remove(stream);
+  stream->close();
+}
+
+ServerLoop::Task<bool> ServerLoop::Answer(Stream* stream, const Parser& parser) {
+  const auto& request = parser.get();
+  const PageRequest asked = RequestOf(request);
+  PageAnswer answer;
+  const bool is_upgrade = websocket::is_upgrade(request);
+  if (!is_upgrade || MayWatch(request, &answer)) answer = AnswerPage(asked, rules_);
+  const bool keep_alive = request.keep_alive() && !is_upgrade && answer.status < 400;
+  Response response = ResponseOf(answer, asked.host, keep_alive);
+  stream->expires_after(Seconds(options_.write_timeout_s));
+  error_code problem;
+  co_await http::async_write(*stream, response, Telling(&problem));
+  co_return keep_alive && !problem;
+}
+
+ServerLoop::Task<bool> ServerLoop::Refuse(Stream* stream, error_code problem) {
+  const bool is_parsed = problem == http::error::header_limit ||
+                         problem == http::error::buffer_overflow ||
+                         problem == http::error::body_limit;
+  if (!is_parsed) co_return false;
+  PageAnswer answer;
+  answer.status = 431;
+  answer.body = "The request is too large.\n";
+  Response response = ResponseOf(answer, "", false);
+  stream->expires_after(Seconds(options_.write_timeout_s));
+  co_await http::async_write(*stream, response, Telling(&problem));
+  co_return true;
+}
+
+bool ServerLoop::MayWatch(const Parser::value_type& request, PageAnswer* refusal) const {
+  const PageRequest asked = RequestOf(request);
+  if (!MaySee(asked, rules_, refusal)) return false;
+  refusal->status = 403;
+  refusal->body = "Only its own page may ask.\n";
+  if (asked.origin.empty()) return false;  // A browser says where the page is from.
+  refusal->status = 404;
+  if (SplitTarget(asked.target).path != kMessagesPath) return false;
+  refusal->status = 503;
+  refusal->body = "Too many look already.\n";
+  return viewers_.size() < static_cast<size_t>(options_.most_viewers);
+}
+
+ServerLoop::Task<> ServerLoop::Watch(ViewerPtr viewer, Parser::value_type request) {
+  viewers_.insert(viewer);
+  auto& socket = viewer->socket;
+  beast::get_lowest_layer(socket).expires_never();
+  socket.set_option(websocket::stream_base::timeout{Seconds(options_.request_timeout_s),
+                                                    Seconds(options_.silence_timeout_s), true});
+  socket.read_message_max(kMostMessageBytes);
+  socket.control_callback(
+      [this, raw = viewer.get()](websocket::frame_type, beast::string_view) { CountMessage(raw); });
+  error_code problem;
+  co_await socket.async_accept(request, Telling(&problem));
+  if (!problem) {
+    model_->CountWatchers(+1);
+    asio::co_spawn(context_, Listen(viewer), asio::detached);
+    co_await SendAll(viewer);
+    model_->CountWatchers(-1);
+  }
+  viewers_.erase(viewer);
+  Close(viewer.get());
+}
+
+ServerLoop::Task<> ServerLoop::Listen(ViewerPtr viewer) {
+  beast::flat_buffer buffer(kMostMessageBytes);
+  while (!viewer->is_over) {
+    error_code problem;
+    co_await viewer->socket.async_read(buffer, Telling(&problem));
+    if (problem) Close(viewer.get());
+    buffer.clear();
+    CountMessage(viewer.get());
+  }
+}
+
+ServerLoop::Task<> ServerLoop::SendAll(ViewerPtr viewer) {
+  ViewCursor cursor;
+  asio::steady_timer timer(context_);
+  while (!viewer->is_over) {
+    error_code problem;
+    const std::optional<ViewMessage> message = model_->Next(&cursor);
+    if (!message) {
+      timer.expires_after(Seconds(kTickInterval));
+      co_await timer.async_wait(Telling(&problem));
+      continue;
+    }
+    viewer->socket.text(message->is_text);
+    viewer->since_write_began.emplace();
+    co_await viewer->socket.async_write(asio::buffer(*message->bytes), Telling(&problem));
+    viewer->since_write_began.reset();
+    if (problem) break;
+  }
+  viewer->is_over = true;
+}
+
+void ServerLoop::CountMessage(Viewer* viewer) const {
+  if (viewer->since_counted.Seconds() > 1) {
+    viewer->since_counted.Restart();
+    viewer->messages = 0;
+  }
+  if (++viewer->messages > options_.most_messages_per_s) Close(viewer);
+}
+
+void ServerLoop::Close(Viewer* viewer) const {
+  viewer->is_over = true;
+  beast::get_lowest_layer(viewer->socket).close();
+}
+
+}  // namespace deepuav
