@@ -234,8 +234,18 @@ void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
   BundleOptions options = options_.global_bundle;
   options.refine_focal = refine_focal;
   Map& adjusted = atlas_->At(map);
-  if (!factors) observer_.RemeasureAll(&adjusted);
+  if (!factors) {
+    if (options_.fuse_at_end) FuseAll(&adjusted);
+    observer_.RemeasureAll(&adjusted);
+  }
   AdjustMap(&adjusted, pinhole, options, stop, factors);
+}
+
+void Mapper::FuseAll(Map* map) const {
+  std::vector<KeyframeId> keyframes;
+  map->keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(keyframe.id); });
+  for (const KeyframeId keyframe : keyframes)
+    FuseDuplicates(map, keyframe, camera_, options_.fusion, observer_);
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool()>& stop) const {

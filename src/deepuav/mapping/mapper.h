@@ -37,6 +37,7 @@ struct MappingOptions {
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
+  bool fuse_at_end = true;  ///< Landmarks with all neighbours, before the last adjustment.
   double min_start_ratio =
       0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
   LensSearchOptions lens;
@@ -59,6 +60,8 @@ struct MappingOptions {
           "other keyframes that must see these landmarks");
     visit("substitute_ratio", substitute_ratio, "",
           "share of a redundant keyframe's landmarks that one other keyframe must see");
+    visit("fuse_at_end", fuse_at_end, "",
+          "look for all landmarks in all neighbouring keyframes before the last adjustment");
     visit("min_start_ratio", min_start_ratio, "",
           "share of a new map's landmarks that must outlast its first adjustment");
   }
@@ -93,8 +96,8 @@ class Mapper {
 
   /// Adjusts all of a map together, and the focal length with it where `pinhole` is only a first
   /// guess. `stop`, if given, is asked between the steps. `factors`, if given, are what other
-  /// sensors say of its keyframes, in its gauge; without them the landmarks' patches are compared
-  /// once more before.
+  /// sensors say of its keyframes, in its gauge; without them landmarks are looked for once more in
+  /// the keyframes around, and their patches compared, before.
   void AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
                       const std::function<bool()>& stop = nullptr,
                       const MapFactors* factors = nullptr);
@@ -121,6 +124,8 @@ class Mapper {
   /// The young landmarks of a map and of those merged into it, in the order of their creation.
   std::vector<YoungLandmark> TakeYoung(const Map& map);
   void AdjustLocally(KeyframeId newest, Map* map);
+  /// Poses are better now than when each keyframe came, so more of its landmarks are found.
+  void FuseAll(Map* map) const;
   void CullKeyframes(KeyframeId newest, Map* map);
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
 
