@@ -4,6 +4,7 @@
 #include <set>
 
 #include "deepuav/estimation/reprojection.h"
+#include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/map_factors.h"
 
 namespace deepuav {
@@ -140,9 +141,7 @@ BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const P
 
 BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
                        const std::function<bool()>& stop, const MapFactors* factors) {
-  std::vector<KeyframeId> all;
-  map->keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
-  return AdjustTwice(map, all, pinhole, options, stop, factors);
+  return AdjustTwice(map, AllKeyframes(*map), pinhole, options, stop, factors);
 }
 
 }  // namespace deepuav

@@ -3,16 +3,11 @@
 #include <map>
 #include <set>
 
+#include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/correction.h"
 
 namespace deepuav {
 namespace {
-
-std::vector<KeyframeId> AllKeyframes(const Map& map) {
-  std::vector<KeyframeId> all;
-  map.keyframes().ForEach([&all](const Keyframe& keyframe) { all.push_back(keyframe.id); });
-  return all;
-}
 
 void DropOutliers(const BundleReport& report, BundleProblem* problem) {
   std::vector<BundleObservation> kept;

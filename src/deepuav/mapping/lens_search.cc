@@ -3,16 +3,11 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/bundle_window.h"
 
 namespace deepuav {
 namespace {
-
-std::vector<KeyframeId> KeyframesOf(const Map& map) {
-  std::vector<KeyframeId> keyframes;
-  map.keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(keyframe.id); });
-  return keyframes;
-}
 
 BundleOptions FreeingTheLens(BundleOptions bundle, const LensSearchOptions& options) {
   bundle.refine_radial = true;
@@ -35,7 +30,7 @@ std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const BundleOptions& bundle, const LensSearchOptions& options,
                                   const std::function<bool()>& stop) {
   if (map.KeyframeCount() < options.min_keyframes) return std::nullopt;
-  BundleProblem problem = MakeBundleWindow(map, KeyframesOf(map), pinhole).problem;
+  BundleProblem problem = MakeBundleWindow(map, AllKeyframes(map), pinhole).problem;
   const BundleOptions freed = FreeingTheLens(bundle, options);
   const BundleReport report = AdjustBundle(&problem, freed, stop);
   if ((stop && stop()) || !(report.initial_cost > 0)) return std::nullopt;

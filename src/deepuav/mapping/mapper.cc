@@ -4,6 +4,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/map/all_keyframes.h"
 #include "deepuav/map/frame_motion.h"
 #include "deepuav/mapping/correction.h"
 
@@ -45,8 +46,7 @@ void Mapper::Resume() {
   young_.clear();
   for (const MapId map_id : atlas_->Remaining()) {
     const Map& map = atlas_->At(map_id);
-    std::vector<KeyframeId> keyframes;
-    map.keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(keyframe.id); });
+    std::vector<KeyframeId> keyframes = AllKeyframes(map);
     std::sort(keyframes.begin(), keyframes.end());
     map.landmarks().ForEach([&](const Landmark& landmark) {
       const auto later = keyframes.end() -
@@ -235,17 +235,17 @@ void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
   options.refine_focal = refine_focal;
   Map& adjusted = atlas_->At(map);
   if (!factors) {
-    if (options_.fuse_at_end) FuseAll(&adjusted);
+    if (options_.fuse_at_end) FuseAll(&adjusted, stop);
     observer_.RemeasureAll(&adjusted);
   }
   AdjustMap(&adjusted, pinhole, options, stop, factors);
 }
 
-void Mapper::FuseAll(Map* map) const {
-  std::vector<KeyframeId> keyframes;
-  map->keyframes().ForEach([&](const Keyframe& keyframe) { keyframes.push_back(keyframe.id); });
-  for (const KeyframeId keyframe : keyframes)
+void Mapper::FuseAll(Map* map, const std::function<bool()>& stop) const {
+  for (const KeyframeId keyframe : AllKeyframes(*map)) {
+    if (stop && stop()) return;
     FuseDuplicates(map, keyframe, camera_, options_.fusion, observer_);
+  }
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool()>& stop) const {

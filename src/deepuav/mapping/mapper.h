@@ -125,7 +125,7 @@ class Mapper {
   std::vector<YoungLandmark> TakeYoung(const Map& map);
   void AdjustLocally(KeyframeId newest, Map* map);
   /// Poses are better now than when each keyframe came, so more of its landmarks are found.
-  void FuseAll(Map* map) const;
+  void FuseAll(Map* map, const std::function<bool()>& stop) const;
   void CullKeyframes(KeyframeId newest, Map* map);
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
 

@@ -5,18 +5,9 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/map/all_keyframes.h"
 
 namespace deepuav {
-namespace {
-
-std::vector<KeyframeId> KeyframesOf(const Map& map) {
-  std::vector<KeyframeId> ids;
-  map.keyframes().ForEach([&ids](const Keyframe& keyframe) { ids.push_back(keyframe.id); });
-  return ids;
-}
-
-}  // namespace
-
 JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
                        const Perception& perception, const std::vector<MapId>& newer,
                        Atlas* atlas) {
@@ -29,13 +20,13 @@ JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
                          matchers, nullptr);
   for (MapId map : atlas->Remaining()) {
     if (std::find(newer.begin(), newer.end(), map) != newer.end()) continue;
-    for (KeyframeId keyframe : KeyframesOf(atlas->At(map)))
+    for (KeyframeId keyframe : AllKeyframes(atlas->At(map)))
       loop_closer.Remember(atlas->At(map).At(keyframe));
   }
   JoiningReport report;
   std::set<MapId> changed;
   for (MapId map : newer) {
-    for (KeyframeId keyframe : KeyframesOf(atlas->At(map))) {
+    for (KeyframeId keyframe : AllKeyframes(atlas->At(map))) {
       if (!atlas->At(map).Contains(keyframe)) continue;
       const auto correction = loop_closer.Process(*atlas, atlas->At(map).id(), keyframe, {});
       if (!correction) continue;
