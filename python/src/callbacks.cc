@@ -32,6 +32,8 @@ std::string NameOf(api::FrameState state) {
       return "tracked";
     case api::FrameState::kLocated:
       return "located";
+    case api::FrameState::kReckoned:
+      return "reckoned";
     case api::FrameState::kInitialising:
       return "initialising";
     case api::FrameState::kLost:

@@ -103,7 +103,9 @@ Frame FrameOf(const FrameRecord& record) {
   frame.state =
       record.state == TrackingState::kInitialising ? FrameState::kInitialising : FrameState::kLost;
   if (!record.located()) return frame;
-  frame.state = record.tracked_online ? FrameState::kTracked : FrameState::kLocated;
+  frame.state = record.reckoned         ? FrameState::kReckoned
+                : record.tracked_online ? FrameState::kTracked
+                                        : FrameState::kLocated;
   frame.map = static_cast<int>(record.map.value);
   frame.world_from_camera = ToApi(record.cam_from_world.Inverse());
   return frame;

@@ -100,6 +100,7 @@ struct TimedPose {
 enum class FrameState {
   kTracked,       ///< Had its pose when its turn came.
   kLocated,       ///< Has one since the end of the run.
+  kReckoned,      ///< The same, by the inertial sensor alone.
   kInitialising,  ///< Has none: no map was started yet...
   kLost,          ///< ...or it was not found in one.
 };

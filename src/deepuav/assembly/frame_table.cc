@@ -12,6 +12,7 @@ namespace deepuav {
 namespace {
 
 std::string_view StateName(const FrameRecord& record) {
+  if (record.reckoned) return "reckoned";
   if (record.located()) return record.tracked_online ? "tracked" : "located";
   return record.state == TrackingState::kInitialising ? "initialising" : "lost";
 }

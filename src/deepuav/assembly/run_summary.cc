@@ -45,6 +45,11 @@ Json ModelTable(const std::vector<UsedModel>& models) {
   return table;
 }
 
+int CountReckoned(const SlamResult& result) {
+  return static_cast<int>(std::count_if(result.frames.begin(), result.frames.end(),
+                                        [](const FrameRecord& record) { return record.reckoned; }));
+}
+
 int CountTrackedOnline(const SlamResult& result) {
   return static_cast<int>(std::count_if(
       result.frames.begin(), result.frames.end(),
@@ -159,6 +164,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                     {"processed", processed},
                     {"tracked_online", CountTrackedOnline(result)},
                     {"located", located},
+                    {"reckoned", CountReckoned(result)},
                     {"lost", processed - located},
                     {"forgotten", result.forgotten_frames}}},
                   {"main_map", main.valid() ? numbers.at(main) : main.value},
@@ -171,6 +177,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                   {"relocalisations", result.relocalisations},
                   {"closed_loops", result.closed_loops},
                   {"merged_maps", result.merged_maps},
+                  {"maps_joined_by_imu", result.maps_joined_by_imu},
                   {"wall_s", facts.wall_s},
                   {"start_up_s", facts.start_up_s},
                   {"peak_resident_mb", PeakResidentMb()},

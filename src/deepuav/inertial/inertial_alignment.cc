@@ -79,6 +79,23 @@ Sim3 LevelFromWorld(const SE3& first_world_from_cam, const Eigen::Vector3d& down
   return {scale, rotation, -scale * (rotation * first_world_from_cam.translation())};
 }
 
+std::vector<MotionState> MotionsIn(const Sim3& level_from_world, const InertialProblem& problem,
+                                   const std::vector<InertialState>& states) {
+  std::vector<MotionState> motions;
+  motions.reserve(states.size());
+  for (size_t k = 0; k < states.size(); ++k) {
+    const InertialState& state = states[k];
+    const Eigen::Quaterniond level_from_imu = level_from_world.rotation() * state.world_from_imu;
+    const Eigen::Vector3d sensor =
+        level_from_world * state.camera - level_from_imu * problem.camera_in_imu_m();
+    motions.push_back({problem.path[k].time,
+                       {level_from_imu, sensor},
+                       level_from_world.rotation() * state.velocity_m_s,
+                       state.bias});
+  }
+  return motions;
+}
+
 InertialAlignment Summarise(const InertialProblem& problem, const TimedPose& first,
                             const std::vector<InertialState>& states,
                             const std::vector<double>& weights) {
@@ -104,6 +121,7 @@ InertialAlignment Summarise(const InertialProblem& problem, const TimedPose& fir
   found.position_residual_m = scale * std::sqrt(position_variance);
   found.duration_s = LinkedSeconds(problem);
   found.level_from_world = LevelFromWorld(first.world_from_cam, down, scale);
+  found.motions = MotionsIn(found.level_from_world, problem, states);
   return found;
 }
 

@@ -3,11 +3,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "deepuav/geometry/sim3.h"
 #include "deepuav/geometry/timed_pose.h"
+#include "deepuav/inertial/dead_reckoning.h"
 #include "deepuav/inertial/inertial_options.h"
-#include "deepuav/inertial/preintegration.h"
 
 namespace deepuav {
 
@@ -27,6 +28,7 @@ struct InertialAlignment {
   double scale_spread = 0;  ///< By which the scale wanders along the path, root mean square, as a
                             ///< share.
   double duration_s = 0;    ///< Of the path with samples.
+  std::vector<MotionState> motions;  ///< At poses of the path, by time, in the level world.
 };
 
 struct InertialAttempt {

@@ -34,6 +34,11 @@ void InertialOptions::Check() const {
   positive("max_chi_square", max_chi_square, 1e6);
   positive("max_gyroscope_bias_rad_s", max_gyroscope_bias_rad_s, 100);
   positive("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, 100);
+  CheckRange("sensors.imu.max_blind_s", max_blind_s, 0, 60);
+  positive("max_blind_misfit_m_s", max_blind_misfit_m_s, 1000);
+  positive("max_blind_turn_deg", max_blind_turn_deg, 180);
+  positive("blind_window_s", blind_window_s, 60);
+  positive("max_blind_scale_sigma", max_blind_scale_sigma, 10);
 }
 
 ImuNoise NoiseOf(const ImuStream& imu, const InertialOptions& options) {

@@ -31,6 +31,12 @@ struct InertialOptions {
   double max_chi_square = 3;           ///< Of the integrated motions, a degree of freedom.
   double max_gyroscope_bias_rad_s = 0.2;
   double max_accelerometer_bias_m_s2 = 0.35;
+  double max_blind_s = 5;  ///< Without a pose, over which the samples alone carry the motion...
+  double max_blind_misfit_m_s =
+      0.5;  ///< ...if what they come to misses the poses after it by no more a second...
+  double max_blind_turn_deg = 3;       ///< ...and so much.
+  double blind_window_s = 3;           ///< Of path after it by which its scale is told.
+  double max_blind_scale_sigma = 0.1;  ///< As a share of that scale.
 
   void Check() const;
   template <typename Visitor>
@@ -77,6 +83,15 @@ struct InertialOptions {
           "bias above which the sensor is not trusted");
     visit("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, "m/s^2",
           "bias above which the sensor is not trusted");
+    visit("max_blind_s", max_blind_s, "s",
+          "time without a pose over which the samples alone carry the motion, at most");
+    visit("max_blind_misfit_m_s", max_blind_misfit_m_s, "m/s",
+          "by which this may miss the poses after it, a second");
+    visit("max_blind_turn_deg", max_blind_turn_deg, "deg", "the same of the orientation, in all");
+    visit("blind_window_s", blind_window_s, "s",
+          "path after it whose scale the samples tell where it has none of its own");
+    visit("max_blind_scale_sigma", max_blind_scale_sigma, "",
+          "standard deviation of that scale, as a share, above which it is not told");
   }
 };
 

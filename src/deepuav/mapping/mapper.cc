@@ -224,6 +224,8 @@ void Mapper::Apply(const MapCorrection& correction) {
   AdjustLocally(correction.ties.back().keyframe, &map);
 }
 
+void Mapper::Join(const MapCorrection& correction) { MergeMaps(correction, atlas_); }
+
 GlobalAdjustment Mapper::PrepareAdjustment(MapId map) const {
   return GlobalAdjustment(atlas_->At(map), camera_.pinhole, options_.global_bundle);
 }

@@ -91,6 +91,9 @@ class Mapper {
   /// into another, fuses the landmarks seen twice and adjusts the seam.
   void Apply(const MapCorrection& correction);
 
+  /// Makes two maps one, whose worlds a correction without anything seen twice relates.
+  void Join(const MapCorrection& correction);
+
   /// A copy of the map to be adjusted beside the mapping.
   GlobalAdjustment PrepareAdjustment(MapId map) const;
 

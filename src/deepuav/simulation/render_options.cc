@@ -25,6 +25,8 @@ void SensorOptions::Check() const {
   CheckRange("sensor.read_noise_electrons", read_noise_electrons, 0, 1e6);
   CheckRange("sensor.gamma", gamma, 0.1, 4);
   check(jpeg_quality >= 0 && jpeg_quality <= 100, "sensor.jpeg_quality", jpeg_quality, "0 to 100");
+  CheckRange("sensor.blind_at_s", blind_at_s, 0, 1e6);
+  CheckRange("sensor.blind_for_s", blind_for_s, 0, 1e6);
 }
 
 void WeatherOptions::Check() const {

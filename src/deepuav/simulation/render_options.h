@@ -16,10 +16,15 @@ struct SensorOptions {
   double defocus_px = 0.5;            ///< Sigma of the Gaussian blur; 0: none.
   double full_well_electrons = 9000;  ///< Shot noise at saturation and gain 1.
   double read_noise_electrons = 8;
-  double gamma = 1.5;    ///< Written level = light ^ (1 / gamma).
-  int jpeg_quality = 0;  ///< 1 to 100; 0: no JPEG.
+  double gamma = 1.5;      ///< Written level = light ^ (1 / gamma).
+  int jpeg_quality = 0;    ///< 1 to 100; 0: no JPEG.
+  double blind_at_s = 0;   ///< From this moment on no light comes in...
+  double blind_for_s = 0;  ///< ...for so long; 0: never.
 
   void Check() const;
+  bool IsBlindAt(double time_s) const {
+    return time_s >= blind_at_s && time_s < blind_at_s + blind_for_s;
+  }
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
@@ -39,6 +44,8 @@ struct SensorOptions {
     visit("read_noise_electrons", read_noise_electrons, "", "sigma of the read noise");
     visit("gamma", gamma, "", "written level = light ^ (1 / gamma)");
     visit("jpeg_quality", jpeg_quality, "", "1 to 100, 0 for no JPEG");
+    visit("blind_at_s", blind_at_s, "s", "moment from which no light comes in");
+    visit("blind_for_s", blind_for_s, "s", "for how long, 0 for never");
   }
 };
 

@@ -106,23 +106,29 @@ class Renderer::Impl {
         options_.sensor.samples == 1 && options_.sensor.rolling_shutter_readout_s == 0;
     moving_.SetInterval(instant ? time_s : start_s, instant ? time_s : end_s);
 
-    cv::Mat1f radiance(camera_.height, camera_.width);
-    const LightTracer tracer(world_, sky_, &moving_);
-    ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
-      for (int y = first; y < last; y += kTileRows)
-        TraceTiles(tracer, path, time_s, setting.duration_s, y, &radiance);
-    });
-    DrawRain(options_.weather, camera_,
-             {path(time_s - setting.duration_s / 2), path(time_s + setting.duration_s / 2),
-              time_s - setting.duration_s / 2, time_s + setting.duration_s / 2,
-              sky_.Radiance(Vector3f(0.5f, 0.5f, 0.7f).normalized())},
-             static_cast<uint64_t>(options_.seed), &radiance);
-    rendered.image = sensor_.Develop(radiance, setting, frame_index);
+    const bool blind = options_.sensor.IsBlindAt(time_s);
+    rendered.image = sensor_.Develop(blind ? cv::Mat1f::zeros(camera_.height, camera_.width)
+                                           : TraceLight(path, time_s, setting.duration_s),
+                                     setting, frame_index);
     if (truth.depth || truth.flow_to_time_s) FindTruth(path, time_s, truth, &rendered);
     return rendered;
   }
 
  private:
+  cv::Mat1f TraceLight(const PathOfCamera& path, double time_s, double duration_s) {
+    cv::Mat1f radiance(camera_.height, camera_.width);
+    const LightTracer tracer(world_, sky_, &moving_);
+    ForRowsInParallel(camera_.height, options_.threads, [&](int first, int last) {
+      for (int y = first; y < last; y += kTileRows)
+        TraceTiles(tracer, path, time_s, duration_s, y, &radiance);
+    });
+    DrawRain(options_.weather, camera_,
+             {path(time_s - duration_s / 2), path(time_s + duration_s / 2), time_s - duration_s / 2,
+              time_s + duration_s / 2, sky_.Radiance(Vector3f(0.5f, 0.5f, 0.7f).normalized())},
+             static_cast<uint64_t>(options_.seed), &radiance);
+    return radiance;
+  }
+
   // Rows y to y + kTileRows - 1.
   void TraceTiles(const LightTracer& tracer, const PathOfCamera& path, double time_s,
                   double duration_s, int y, cv::Mat1f* radiance) const {

@@ -339,6 +339,20 @@ TEST(Renderer, RainFallsDownInThePicture) {
   EXPECT_LT(down, 0.6 * across);
 }
 
+TEST(Renderer, ABlindSensorSeesNothing) {
+  RenderOptions options = Linear();
+  options.sensor.blind_at_s = 1;
+  options.sensor.blind_for_s = 0.5;
+  Renderer renderer(SmallWorld(), TestCamera(LensModel::kPinhole), options);
+  const auto mean = [&](double time_s) {
+    return cv::mean(renderer.Render(Still, time_s, 0, {}).image)[0];
+  };
+  EXPECT_GT(mean(0.95), 20);
+  EXPECT_EQ(mean(1), 0);
+  EXPECT_EQ(mean(1.45), 0);
+  EXPECT_GT(mean(1.5), 20);
+}
+
 TEST(Renderer, RefusesOptionsAndCamerasOutOfRange) {
   RenderOptions options;
   options.sensor.samples = -1;

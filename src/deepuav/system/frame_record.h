@@ -23,6 +23,7 @@ struct FrameRecord {
   int keypoint_count = 0;
 
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
+  bool reckoned = false;        ///< Its pose is what an inertial sensor alone tells.
   MapId map;                    ///< Invalid where there is no pose.
   AnchoredPose pose;
   SE3 cam_from_world;                        ///< As tracked, once the trajectory is finished as

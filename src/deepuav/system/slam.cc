@@ -310,6 +310,18 @@ void Slam::MakeMetricAll(const std::function<bool()>& stop, SlamResult* result) 
   result->inertial = gauge.ApplyToAll(ByKeyframes(atlas_), result->frames, stop);
 }
 
+std::vector<ReckonedFrame> Slam::BridgeByImu(SlamResult* result) {
+  if (result->inertial.empty()) return {};
+  const StageScope stage(&clock_, "inertial");
+  const TrajectoryFinish finish = MakeFinish(nullptr);
+  InertialBridge bridge(
+      sensors_.imu, options_.sensors.imu,
+      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, result->inertial,
+      &mapper_, &atlas_);
+  result->maps_joined_by_imu = bridge.JoinMaps(result->frames);
+  return bridge.Reckon(result->frames);
+}
+
 void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
   if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
   const StageScope stage(&clock_, "georeference");
@@ -356,8 +368,11 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
   };
   attempt([&] { AdjustAll(stop, result); });
   attempt([&] { MakeMetricAll(stop, result); });
+  std::vector<ReckonedFrame> reckoned;
+  attempt([&] { reckoned = BridgeByImu(result); });
   attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
+  TakeReckoned(atlas_, reckoned, &result->frames);
 }
 
 }  // namespace deepuav

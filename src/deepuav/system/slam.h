@@ -16,6 +16,7 @@
 #include "deepuav/system/frame_record.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/image_source.h"
+#include "deepuav/system/inertial_bridge.h"
 #include "deepuav/system/inertial_gauge.h"
 #include "deepuav/system/mapping_lane.h"
 #include "deepuav/system/record_limits.h"
@@ -115,6 +116,7 @@ struct SlamResult {
   int skipped_late = 0;          ///< Images left out by the live schedule.
   int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
+  int maps_joined_by_imu = 0;
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
@@ -199,6 +201,8 @@ class Slam {
   /// Whether the adjustment at the end refines the focal length: with the largest map.
   bool RefinesFocalIn(MapId map) const;
   void MakeMetricAll(const std::function<bool()>& stop, SlamResult* result);
+  /// Over what the camera did not see, by the inertial sensor: what lies between is for the end.
+  std::vector<ReckonedFrame> BridgeByImu(SlamResult* result);
   void GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result);
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
   void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
