@@ -34,6 +34,9 @@ void InertialOptions::Check() const {
   positive("max_chi_square", max_chi_square, 1e6);
   positive("max_gyroscope_bias_rad_s", max_gyroscope_bias_rad_s, 100);
   positive("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, 100);
+  positive("running_window_s", running_window_s, 600);
+  CheckRange("sensors.imu.running_pose_interval_s", running_pose_interval_s, 0, 10);
+  positive("running_wait_s", running_wait_s, 600);
   CheckRange("sensors.imu.max_blind_s", max_blind_s, 0, 60);
   positive("max_blind_misfit_m_s", max_blind_misfit_m_s, 1000);
   positive("max_blind_turn_deg", max_blind_turn_deg, 180);

@@ -31,7 +31,10 @@ struct InertialOptions {
   double max_chi_square = 3;           ///< Of the integrated motions, a degree of freedom.
   double max_gyroscope_bias_rad_s = 0.2;
   double max_accelerometer_bias_m_s2 = 0.35;
-  double max_blind_s = 5;  ///< Without a pose, over which the samples alone carry the motion...
+  double running_window_s = 20;  ///< Latest part of a path by which it is told while it grows...
+  double running_pose_interval_s = 0.2;  ///< ...from poses that are so far apart...
+  double running_wait_s = 2;  ///< ...tried so often until something is found, then more seldom.
+  double max_blind_s = 5;     ///< Without a pose, over which the samples alone carry the motion...
   double max_blind_misfit_m_s =
       0.5;  ///< ...if what they come to misses the poses after it by no more a second...
   double max_blind_turn_deg = 3;       ///< ...and so much.
@@ -83,6 +86,12 @@ struct InertialOptions {
           "bias above which the sensor is not trusted");
     visit("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, "m/s^2",
           "bias above which the sensor is not trusted");
+    visit("running_window_s", running_window_s, "s",
+          "latest part of a path by which scale and level are told while it grows");
+    visit("running_pose_interval_s", running_pose_interval_s, "s",
+          "between the poses that are used for this, at least");
+    visit("running_wait_s", running_wait_s, "s",
+          "between two tries; once something was found they become fewer");
     visit("max_blind_s", max_blind_s, "s",
           "time without a pose over which the samples alone carry the motion, at most");
     visit("max_blind_misfit_m_s", max_blind_misfit_m_s, "m/s",

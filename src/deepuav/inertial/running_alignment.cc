@@ -1,0 +1,69 @@
+#include "deepuav/inertial/running_alignment.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace deepuav {
+namespace {
+
+/// By how much surer what is found must be to be told anew, and how many standard deviations away
+/// from what was told.
+constexpr double kSurer = 2, kContradiction = 3;
+
+/// The turn that leads up to z, and no further.
+Sim3 WithoutHeading(const Sim3& level_from_world) {
+  const Eigen::Vector3d up = level_from_world.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+  return {level_from_world.scale(),
+          Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()),
+          Eigen::Vector3d::Zero()};
+}
+
+}  // namespace
+
+RunningAlignment::RunningAlignment(const ImuStream& imu, const InertialOptions& options)
+    : imu_(imu), options_(options), wait_s_(options.running_wait_s) {
+  options_.min_pose_interval_s =
+      std::max(options.min_pose_interval_s, options.running_pose_interval_s);
+}
+
+void RunningAlignment::Restart() {
+  path_.clear();
+  tried_at_.reset();
+  told_.reset();
+  wait_s_ = options_.running_wait_s;
+}
+
+std::optional<MetricWorld> RunningAlignment::Add(const TimedPose& pose) {
+  if (!path_.empty() && SecondsBetween(path_.back().time, pose.time) < options_.min_pose_interval_s)
+    return std::nullopt;
+  path_.push_back(pose);
+  const auto is_old = [&](const TimedPose& earlier) {
+    return SecondsBetween(earlier.time, pose.time) > options_.running_window_s;
+  };
+  path_.erase(path_.begin(), std::find_if_not(path_.begin(), path_.end(), is_old));
+  if (SecondsBetween(path_.front().time, pose.time) < options_.min_duration_s) return std::nullopt;
+  if (tried_at_ && SecondsBetween(*tried_at_, pose.time) < wait_s_) return std::nullopt;
+  tried_at_ = pose.time;
+  const InertialAttempt attempt = AlignInertially(path_, imu_, options_);
+  if (!attempt.found) return std::nullopt;
+  wait_s_ = std::min(2 * wait_s_, options_.running_window_s);
+  const MetricWorld found{WithoutHeading(attempt.found->level_from_world),
+                          attempt.found->scale_sigma, attempt.found->tilt_sigma_rad};
+  if (!IsNews(found)) return std::nullopt;
+  told_ = found;
+  return told_;
+}
+
+bool RunningAlignment::IsNews(const MetricWorld& found) const {
+  if (!told_) return true;
+  if (kSurer * found.scale_sigma <= told_->scale_sigma) return true;
+  const Sim3 between = found.metric_from_world * told_->metric_from_world.Inverse();
+  const double scale_sigma = std::hypot(found.scale_sigma, told_->scale_sigma);
+  const double tilt_sigma_rad = std::hypot(found.tilt_sigma_rad, told_->tilt_sigma_rad);
+  const double tilt_rad = Eigen::AngleAxisd(between.rotation()).angle();
+  return std::abs(std::log(between.scale())) > kContradiction * scale_sigma ||
+         tilt_rad > kContradiction * tilt_sigma_rad;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+
+#include "deepuav/inertial/inertial_alignment.h"
+
+namespace deepuav {
+
+/// What a map's world is in metres, z up, while it still grows. The map's own origin is the
+/// origin, and its heading stays.
+struct MetricWorld {
+  Sim3 metric_from_world;
+  double scale_sigma = 0;  ///< As a share of the scale.
+  double tilt_sigma_rad = 0;
+};
+
+/// Finds scale and level while a camera flies, from the latest part of its path. What was told once
+/// stays until what is found later is surer or contradicts it, so that the world does not shake.
+/// Thread-compatible.
+class RunningAlignment {
+ public:
+  /// `imu` must outlive it. Of its samples those up to the newest pose are used.
+  RunningAlignment(const ImuStream& imu, const InertialOptions& options);
+
+  /// The next pose. Says what is new, if anything; takes its time then, and when it looked in vain.
+  std::optional<MetricWorld> Add(const TimedPose& pose);
+  /// What comes is in another world, or the world was bent.
+  void Restart();
+
+  const std::optional<MetricWorld>& told() const { return told_; }
+
+ private:
+  bool IsNews(const MetricWorld& found) const;
+
+  const ImuStream& imu_;
+  InertialOptions options_;
+  Trajectory path_;                    ///< The latest part.
+  std::optional<Timestamp> tried_at_;  ///< When it looked last...
+  double wait_s_;                      ///< ...and for how long it waits from then on.
+  std::optional<MetricWorld> told_;
+};
+
+}  // namespace deepuav

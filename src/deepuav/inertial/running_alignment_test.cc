@@ -1,0 +1,92 @@
+#include "deepuav/inertial/running_alignment.h"
+
+#include <gtest/gtest.h>
+
+#include "support/inertial_flight.h"
+
+namespace deepuav {
+namespace {
+
+const SE3 kCamFromImu(RotationExp({1.9, -0.4, 0.3}), {0.1, -0.2, 0.05});
+const Sim3 kWorldFromLevel(0.05, RotationExp({0.4, 0.2, -1}), {2, 1, -3});
+constexpr double kEnd_s = 30, kRate_hz = 5;
+
+struct Straight : InertialFlight {
+  Eigen::Vector3d Position(double t) const override { return {4 * t, 0, 10}; }
+  Eigen::Vector3d Velocity(double) const override { return {4, 0, 0}; }
+  Eigen::Vector3d Acceleration(double) const override { return Eigen::Vector3d::Zero(); }
+};
+
+ImuStream StreamOf(const InertialFlight& flight, double end_s = kEnd_s) {
+  ImuStream imu;
+  imu.cam_from_imu = kCamFromImu;
+  imu.noise = {1.7e-4, 2e-5, 2e-3, 3e-3};
+  imu.samples = flight.Samples(0, end_s + 1, 200);
+  return imu;
+}
+
+/// What is told along a path, and when.
+std::vector<std::pair<double, MetricWorld>> Told(const Trajectory& path, const ImuStream& imu) {
+  RunningAlignment running(imu, {});
+  std::vector<std::pair<double, MetricWorld>> told;
+  for (const TimedPose& pose : path) {
+    if (const auto news = running.Add(pose))
+      told.emplace_back(SecondsBetween(AtSeconds(0), pose.time), *news);
+  }
+  return told;
+}
+
+Trajectory PathOf(const InertialFlight& flight, double from_s, double to_s,
+                  const Sim3& world_from_level = kWorldFromLevel) {
+  return flight.CameraPath(from_s, to_s, kRate_hz, kCamFromImu, world_from_level);
+}
+
+TEST(RunningAlignment, TellsScaleAndLevelWithinSecondsAndKeepsToIt) {
+  const InertialFlight flight;
+  const ImuStream imu = StreamOf(flight);
+  const auto told = Told(PathOf(flight, 1, kEnd_s), imu);
+  ASSERT_FALSE(told.empty());
+  EXPECT_LT(told.front().first, 12);
+  EXPECT_LT(told.size(), 4u);
+  for (const auto& [t, world] : told) {
+    EXPECT_NEAR(world.metric_from_world.scale() * kWorldFromLevel.scale(), 1, 0.02);
+    const Eigen::Vector3d up = world.metric_from_world.rotation() *
+                               (kWorldFromLevel.rotation() * Eigen::Vector3d::UnitZ());
+    EXPECT_LT(up.head<2>().norm(), 0.01);
+    EXPECT_EQ(world.metric_from_world.translation(), Eigen::Vector3d::Zero());
+  }
+}
+
+TEST(RunningAlignment, AContradictionIsTold) {
+  const InertialFlight flight;
+  const ImuStream imu = StreamOf(flight, 60);
+  Trajectory path = PathOf(flight, 1, 15);
+  const Sim3 grown(1.3 * kWorldFromLevel.scale(), kWorldFromLevel.rotation(), {0, 0, 0});
+  for (const TimedPose& pose : PathOf(flight, 15.2, 60, grown)) path.push_back(pose);
+  const auto told = Told(path, imu);
+  ASSERT_FALSE(told.empty());
+  EXPECT_NEAR(told.front().second.metric_from_world.scale() * kWorldFromLevel.scale(), 1, 0.03);
+  EXPECT_NEAR(told.back().second.metric_from_world.scale() * grown.scale(), 1, 0.03);
+}
+
+TEST(RunningAlignment, SaysNothingOfAStraightFlight) {
+  const Straight flight;
+  const ImuStream imu = StreamOf(flight);
+  EXPECT_TRUE(Told(PathOf(flight, 1, kEnd_s), imu).empty());
+}
+
+TEST(RunningAlignment, StartsAnew) {
+  const InertialFlight flight;
+  const ImuStream imu = StreamOf(flight);
+  RunningAlignment running(imu, {});
+  const Trajectory path = PathOf(flight, 1, kEnd_s);
+  size_t next = 0;
+  while (!running.told() && next < path.size()) running.Add(path[next++]);
+  ASSERT_TRUE(running.told());
+  running.Restart();
+  EXPECT_FALSE(running.told());
+  EXPECT_FALSE(running.Add(path[next]));
+}
+
+}  // namespace
+}  // namespace deepuav
