@@ -52,9 +52,12 @@ FrameRecord WithoutWhatItSaw(const FrameRecord& record) {
 }
 
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share) {
-  const int before = i > 0 ? records[i - 1].landmark_count : 0;
-  const int after = i + 1 < records.size() ? records[i + 1].landmark_count : 0;
-  return !records[i].located() || records[i].landmark_count < min_share * std::max(before, after);
+  const FrameRecord& record = records[i];
+  const auto is_doubtful_beside = [&](const FrameRecord& neighbour) {
+    return !neighbour.located() || record.landmark_count < min_share * neighbour.landmark_count;
+  };
+  return !record.located() || (i > 0 && is_doubtful_beside(records[i - 1])) ||
+         (i + 1 < records.size() && is_doubtful_beside(records[i + 1]));
 }
 
 void Thin(int max_seen, FrameRecord* record) {

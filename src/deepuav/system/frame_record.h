@@ -45,8 +45,8 @@ void MovePixels(const PixelMove& move, FrameRecord* record);
 /// The record without landmarks seen and features.
 FrameRecord WithoutWhatItSaw(const FrameRecord& record);
 
-/// Whether frame i sees so few landmarks beside its neighbours, less than this share of one's, that
-/// its pose may be wrong; or it has none.
+/// Whether the pose of frame i may be wrong: it sees few landmarks beside a neighbour, less than
+/// this share of its, or the neighbour was lost; or it has no pose.
 bool SeesLittle(const std::vector<FrameRecord>& records, size_t i, double min_share);
 
 /// Keeps `max_seen` of what the frame saw, spread evenly.

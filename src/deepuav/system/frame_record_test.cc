@@ -48,13 +48,23 @@ TEST(SeesLittle, ComparesWithTheNeighbourThatSeesMost) {
     EXPECT_TRUE(little({before, 119, after}, 1));
     EXPECT_FALSE(little({before, 120, after}, 1));
   }
-  EXPECT_FALSE(little({0, 30, 0}, 1)) << "beside lost frames";
+  EXPECT_FALSE(little({0, 30, 0}, 1));
   EXPECT_TRUE(little({119, 200}, 0));
   EXPECT_FALSE(little({120, 200}, 0));
   EXPECT_TRUE(little({200, 119}, 1));
   EXPECT_FALSE(little({200, 120}, 1));
   EXPECT_FALSE(little({30}, 0));
   EXPECT_TRUE(SeesLittle({FrameRecord()}, 0, 0.6)) << "has no pose";
+}
+
+TEST(SeesLittle, DoubtsFramesBesideLostOnes) {
+  const std::vector<FrameRecord> records = {Seeing(100), Seeing(100), FrameRecord(), Seeing(100),
+                                            Seeing(100)};
+  const auto little = [&](size_t i) { return SeesLittle(records, i, 0.6); };
+  EXPECT_FALSE(little(0));
+  EXPECT_TRUE(little(1));
+  EXPECT_TRUE(little(3)) << "recognised without a neighbour's help";
+  EXPECT_FALSE(little(4));
 }
 
 }  // namespace
