@@ -222,6 +222,7 @@ void Mapper::Apply(const MapCorrection& correction) {
     FuseDuplicates(&map, tie.keyframe, camera_, options_.fusion, observer_);
   }
   AdjustLocally(correction.ties.back().keyframe, &map);
+  map.CountMove();
 }
 
 GlobalAdjustment Mapper::PrepareAdjustment(MapId map) const {
