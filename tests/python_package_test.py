@@ -145,6 +145,11 @@ class PackageTest(unittest.TestCase):
         self.assertEqual(self.call(self.bin / "python", "-m", "deepuav", "--version"),
                          self.call(BUILD / "deepuav", "--version"))
 
+    def test_bags_can_be_converted(self):
+        self.assertIn("--imu-from-camera", self.call(self.bin / "python", "-m", "deepuav.convert", "--help"))
+        requires = next((self.scratch / "fresh/lib").glob("python3*/site-packages/deepuav-*.dist-info/METADATA")).read_text()
+        self.assertRegex(requires, r"Requires-Dist: rosbags[^\n]*extra == ['\"]convert['\"]")
+
     def test_it_has_types(self):
         package = next((self.scratch / "fresh/lib").glob("python3*/site-packages/deepuav"))
         self.assertTrue((package / "py.typed").exists())
