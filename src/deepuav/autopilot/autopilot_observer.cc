@@ -1,6 +1,7 @@
 #include "deepuav/autopilot/autopilot_observer.h"
 
 #include <cmath>
+#include <ranges>
 
 namespace deepuav {
 namespace {
@@ -23,8 +24,8 @@ void AutopilotObserver::UseMetric(MapId map, int64_t revision,
 }
 
 std::optional<MetricFromMap> AutopilotObserver::MetricIn(MapId map, int64_t revision) const {
-  for (auto since = metrics_.rbegin(); since != metrics_.rend(); ++since) {
-    if (since->map == map && since->revision <= revision) return since->metric;
+  for (const MetricSince& since : std::views::reverse(metrics_)) {
+    if (since.map == map && since.revision <= revision) return since.metric;
   }
   return std::nullopt;
 }

@@ -24,7 +24,8 @@ class AutopilotObserver : public RunObserver {
   void OnKeyframe(KeyframeEvent /*event*/) override {}
   void OnMap(const MapEvent& /*event*/) override {}
   void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
-    UseMetric(map, revision, MetricOf(gauge));
+    // A free one says nothing against what others know of the map.
+    if (const auto metric = MetricOf(gauge)) UseMetric(map, revision, metric);
   }
 
  private:
