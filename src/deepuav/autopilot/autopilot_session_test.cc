@@ -206,7 +206,7 @@ TEST_F(AutopilotSessionTest, TimesAreTheAutopilotsOnceKnown) {
 TEST_F(AutopilotSessionTest, TimesGrow) {
   uint64_t last = 0;
   for (int i = 0; i < 200; ++i, now_ += 25 * kMs) {
-    const auto messages = Decoded(session_->Due(AnswerAt(now_ - (i % 3) * 30 * kMs), now_));
+    const auto messages = Decoded(session_->Due(AnswerAt(now_ - 30 * kMs * (i % 3)), now_));
     for (const auto& message : Of(messages, MAVLINK_MSG_ID_ODOMETRY)) {
       const uint64_t time = mavlink_msg_odometry_get_time_usec(&message);
       EXPECT_GT(time, last);

@@ -60,8 +60,8 @@ TEST(SteadyImageClock, IsThatOfTheImagesThatCameFastest) {
   SteadyImageClock clock;
   EXPECT_FALSE(clock.SteadyOf(Timestamp{0}));
   for (int i = 0; i < 100; ++i)
-    clock.Arrived(Timestamp{i * 50 * kMs}, 7 * kSecond + i * 50 * kMs + (i % 10) * kMs);
-  EXPECT_EQ(clock.SteadyOf(Timestamp{100 * 50 * kMs}), 7 * kSecond + 5 * kSecond);
+    clock.Arrived(Timestamp{50 * kMs * i}, 7 * kSecond + 50 * kMs * i + kMs * (i % 10));
+  EXPECT_EQ(clock.SteadyOf(Timestamp{5 * kSecond}), 7 * kSecond + 5 * kSecond);
   // Another clock.
   clock.Arrived(Timestamp{3600 * kSecond}, 20 * kSecond);
   EXPECT_EQ(clock.SteadyOf(Timestamp{3601 * kSecond}), 21 * kSecond);

@@ -72,14 +72,18 @@ bool OdometryEstimator::IsFar(const SE3& a, const SE3& b) const {
          move.Angle() > options_.least_jump_rad;
 }
 
-bool OdometryEstimator::Jumps(const World& world, const LocatedImage& image,
-                              const BodyPose& pose) const {
+bool OdometryEstimator::WorldMoved(const World& world, const LocatedImage& image,
+                                   const BodyPose& pose) const {
   if (world.map != world_->map || world.revision != world_->revision) return true;
   if (world.metric.origin.has_value() != world_->metric.origin.has_value()) return true;
   const SE3 before =
       BodyPoseOf(image.cam_from_map, image.information, world_->metric, body_from_cam_)
           .local_from_body;
-  if (IsFar(before, pose.local_from_body)) return true;
+  return IsFar(before, pose.local_from_body);
+}
+
+bool OdometryEstimator::IsElsewhere(const LocatedImage& image, const BodyPose& pose) const {
+  if (image.time_ns <= time_ns_ || IsOld(image.time_ns)) return true;
   const std::optional<BodyMotion> expected = predictor_->At(image.time_ns);
   return expected && IsFar(expected->local_from_body, pose.local_from_body) &&
          (is_lost_ || !predictor_->Expects(image.time_ns, pose));
@@ -91,15 +95,15 @@ void OdometryEstimator::Add(const LocatedImage& image, const std::optional<Metri
   if (!metric) return;
   const BodyPose pose = BodyPoseOf(image.cam_from_map, image.information, *metric, body_from_cam_);
   World world{image.map, image.map_revision, *metric};
-  if (!world_ || IsOld(image.time_ns) || image.time_ns <= time_ns_) {
-    if (world_) ++reset_counter_;
-    predictor_->Forget();
-    predictor_->Add(image.time_ns, pose);
-  } else if (Jumps(world, image, pose)) {
+  const bool world_moved = world_ && WorldMoved(world, image, pose);
+  const bool continues = world_ && image.time_ns > time_ns_ && !IsOld(image.time_ns);
+  if (world_moved && continues) {
     ++reset_counter_;
     predictor_->Jump(image.time_ns, pose);
   } else {
-    world.metric = *metric;
+    const bool is_elsewhere = world_ && IsElsewhere(image, pose);
+    reset_counter_ += is_elsewhere;
+    if (is_elsewhere) predictor_->Forget();
     predictor_->Add(image.time_ns, pose);
   }
   world_ = std::move(world);

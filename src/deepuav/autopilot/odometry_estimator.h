@@ -68,7 +68,10 @@ class OdometryEstimator {
     MetricFromMap metric;
   };
   bool IsFar(const SE3& a, const SE3& b) const;
-  bool Jumps(const World& world, const LocatedImage& image, const BodyPose& pose) const;
+  /// Whether poses mean another place from this image on.
+  bool WorldMoved(const World& world, const LocatedImage& image, const BodyPose& pose) const;
+  /// Whether the body is where it cannot have come by moving, as far as that is known.
+  bool IsElsewhere(const LocatedImage& image, const BodyPose& pose) const;
   Odometry Describe(const BodyMotion& motion, int64_t time_ns) const;
   bool IsOld(int64_t time_ns) const;
 

@@ -48,6 +48,13 @@ class OdometryEstimatorTest : public testing::Test {
     }
     return next_ - kInterval;
   }
+  /// An image as if the body were beside its course.
+  void AddMoved(const Vector3d& offset) {
+    LocatedImage image = ImageAt(next_);
+    image.cam_from_map =
+        CamFromMap(SE3(Eigen::Quaterniond::Identity(), offset) * LocalFromBody(next_));
+    estimator_.Add(image, MetricFromMap{});
+  }
   uint8_t Resets(int64_t time_ns) const { return estimator_.At(time_ns).odometry->reset_counter; }
 
   OdometryEstimator estimator_{BodyFromCam(), {}, std::make_unique<ConstantVelocity>()};
@@ -156,12 +163,12 @@ TEST_F(OdometryEstimatorTest, AChangeOfGaugeCountsWhereItMovesTheBody) {
 TEST_F(OdometryEstimatorTest, APoseThatNoMotionLeadsToIsAJump) {
   Fly(20);
   const Vector3d velocity = estimator_.At(next_).odometry->velocity_body;
-  LocatedImage image = ImageAt(next_);
-  image.cam_from_map =
-      CamFromMap(SE3(Eigen::Quaterniond::Identity(), {2, 0, 0}) * LocalFromBody(next_));
-  estimator_.Add(image, MetricFromMap{});
+  AddMoved({2, 0, 0});
+  EXPECT_FALSE(estimator_.At(next_).odometry) << "how it moves there is not known yet";
+  next_ += kInterval;
+  AddMoved({2, 0, 0});
   EXPECT_EQ(Resets(next_), 1);
-  EXPECT_LT((estimator_.At(next_).odometry->velocity_body - velocity).norm(), 0.1);
+  EXPECT_LT((estimator_.At(next_).odometry->velocity_body - velocity).norm(), 0.3);
 }
 
 TEST_F(OdometryEstimatorTest, ManoeuvresAreNoJumps) {
@@ -219,10 +226,9 @@ TEST_F(OdometryEstimatorTest, WhereALostCameraIsFoundElsewhereIsAJump) {
     const uint8_t before = Resets(next_);
     estimator_.Lost();
     next_ += 6 * kInterval;
-    LocatedImage image = ImageAt(next_);
-    image.cam_from_map =
-        CamFromMap(SE3(Eigen::Quaterniond::Identity(), {offset_m, 0, 0}) * LocalFromBody(next_));
-    estimator_.Add(image, MetricFromMap{});
+    AddMoved({offset_m, 0, 0});
+    next_ += kInterval;
+    AddMoved({offset_m, 0, 0});
     EXPECT_EQ(Resets(next_) - before, offset_m > 0.05) << offset_m;
     next_ += kInterval;
   }
