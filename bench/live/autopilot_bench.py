@@ -51,7 +51,7 @@ def describe(autopilot, began):
     for arrived in arrivals[1:-1]:
         per_second[int(arrived)] = per_second.get(int(arrived), 0) + 1
     counts = [per_second.get(second, 0) for second in range(int(arrivals[0]) + 1, int(arrivals[-1]))]
-    jumps, counted = autopilot_test.uncounted_jumps(odometry, tolerance_m=0.1)
+    (steps, counted), (jumps, _) = (autopilot_test.uncounted_jumps(odometry, limit_m) for limit_m in (0.1, 0.3))
     finite = sum(all(abs(v) < 1e30 for v in (*m.pose_covariance, *m.velocity_covariance)) for _, _, m in odometry)
     seconds = arrivals[-1] - arrivals[0]
     print(f"{len(odometry)} ODOMETRY in {seconds:.0f} s: {(len(odometry) - 1) / seconds:.1f} Hz; in a second {min(counts)} to "
@@ -60,7 +60,7 @@ def describe(autopilot, began):
           f"longest {max(gaps_ms):.0f} ms")
     print(f"times that do not grow: {sum(a >= b for a, b in zip(times, times[1:]))}; age when received on the autopilot's clock: "
           f"median {share(ages_ms, 0.5):.2f} ms, 99 % {share(ages_ms, 0.99):.2f} ms")
-    print(f"reset_counter rose {counted} times; jumps beyond 0.1 m that it did not count: {jumps}")
+    print(f"reset_counter rose {counted} times; jumps beyond 0.3 m that it did not count: {jumps}; steps beyond 0.1 m: {steps}")
     print(f"covariances finite: {finite} of {len(odometry)}; position's sigma, median "
           f"{1e3 * share([m.pose_covariance[0] ** 0.5 for _, _, m in odometry], 0.5):.1f} mm; quality {min(m.quality for _, _, m in odometry)} "
           f"to {max(m.quality for _, _, m in odometry)}")

@@ -50,6 +50,11 @@ Matrix6d VelocityCovariance(const BodyMotion& motion, const Eigen::Vector3d& vel
   return covariance;
 }
 
+bool IsFar(const SE3& a, const SE3& b, double distance_m, double angle_rad) {
+  const SE3 move = a.Inverse() * b;
+  return move.translation().norm() > distance_m || move.Angle() > angle_rad;
+}
+
 }  // namespace
 
 Eigen::Vector3d EulerAngles(const Eigen::Quaterniond& rotation) {
@@ -66,12 +71,6 @@ bool OdometryEstimator::IsOld(int64_t time_ns) const {
   return 1e-9 * static_cast<double>(time_ns - time_ns_) > options_.max_prediction_s;
 }
 
-bool OdometryEstimator::IsFar(const SE3& a, const SE3& b) const {
-  const SE3 move = a.Inverse() * b;
-  return move.translation().norm() > options_.least_jump_m ||
-         move.Angle() > options_.least_jump_rad;
-}
-
 bool OdometryEstimator::WorldMoved(const World& world, const LocatedImage& image,
                                    const BodyPose& pose) const {
   if (world.map != world_->map || world.revision != world_->revision) return true;
@@ -79,13 +78,16 @@ bool OdometryEstimator::WorldMoved(const World& world, const LocatedImage& image
   const SE3 before =
       BodyPoseOf(image.cam_from_map, image.information, world_->metric, body_from_cam_)
           .local_from_body;
-  return IsFar(before, pose.local_from_body);
+  return IsFar(before, pose.local_from_body, options_.least_jump_m, options_.least_jump_rad);
 }
 
 bool OdometryEstimator::IsElsewhere(const LocatedImage& image, const BodyPose& pose) const {
   if (image.time_ns <= time_ns_ || IsOld(image.time_ns)) return true;
   const std::optional<BodyMotion> expected = predictor_->At(image.time_ns);
-  return expected && IsFar(expected->local_from_body, pose.local_from_body) &&
+  if (!expected) return false;
+  const SE3 &there = expected->local_from_body, &here = pose.local_from_body;
+  if (IsFar(there, here, options_.largest_step_m, options_.largest_step_rad)) return true;
+  return IsFar(there, here, options_.least_jump_m, options_.least_jump_rad) &&
          (is_lost_ || !predictor_->Expects(image.time_ns, pose));
 }
 

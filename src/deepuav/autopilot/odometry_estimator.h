@@ -38,6 +38,8 @@ struct OdometryOptions {
   /// A change of gauge, a place where a lost camera is found again, and a pose that no motion leads
   /// to, which are off what is expected by less than both, are no jumps.
   double least_jump_m = 0.05, least_jump_rad = 0.01;
+  /// From what was predicted, however late the image comes: more is a jump.
+  double largest_step_m = 0.3, largest_step_rad = 0.3;
   int full_quality_landmarks = 100;  ///< From so many on the quality is 100.
 };
 
@@ -67,7 +69,6 @@ class OdometryEstimator {
     int64_t revision = 0;
     MetricFromMap metric;
   };
-  bool IsFar(const SE3& a, const SE3& b) const;
   /// Whether poses mean another place from this image on.
   bool WorldMoved(const World& world, const LocatedImage& image, const BodyPose& pose) const;
   /// Whether the body is where it cannot have come by moving, as far as that is known.

@@ -171,6 +171,19 @@ TEST_F(OdometryEstimatorTest, APoseThatNoMotionLeadsToIsAJump) {
   EXPECT_LT((estimator_.At(next_).odometry->velocity_body - velocity).norm(), 0.3);
 }
 
+TEST_F(OdometryEstimatorTest, ALargeStepIsAJumpHoweverLateTheImage) {
+  for (const double offset_m : {0.15, 0.6}) {
+    Fly(20);
+    const uint8_t before = Resets(next_);
+    next_ += 8 * kInterval;
+    AddMoved({0, offset_m, 0});
+    next_ += kInterval;
+    AddMoved({0, offset_m, 0});
+    EXPECT_EQ(Resets(next_) - before, offset_m > 0.3) << offset_m;
+    next_ += 20 * kInterval;
+  }
+}
+
 TEST_F(OdometryEstimatorTest, ManoeuvresAreNoJumps) {
   Fly(20);
   SE3 pose = LocalFromBody(next_);
