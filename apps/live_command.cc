@@ -8,8 +8,12 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/folder_lock.h"
+#include "deepuav/system/observer_list.h"
 #include "interruption.h"
 #include "option_arguments.h"
+#if DEEPUAV_WITH_MAVLINK
+#include "autopilot_arguments.h"
+#endif
 #if DEEPUAV_WITH_REPORT
 #include "view_arguments.h"
 #endif
@@ -26,6 +30,9 @@ struct LiveArguments {
   double save_every_s = 60;
   bool localise_only = false;
   OptionArguments options;
+#if DEEPUAV_WITH_MAVLINK
+  AutopilotArguments autopilot;
+#endif
 #if DEEPUAV_WITH_REPORT
   ViewArguments view;
 #endif
@@ -47,7 +54,6 @@ FeedView FeedOf(const LiveStatus& status) {
 
 /// `live` must outlive the view's page.
 void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
-  hooks->observer = view->observer();
   hooks->say = [view](const std::string& line) { view->model().AddEvent(line); };
   view->model().AskForFeed([&live] { return FeedOf(live.status()); });
 }
@@ -71,11 +77,28 @@ void Run(const LiveArguments& arguments) {
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
   LiveRun live(arguments.request, std::move(settings));
   CatchSignals();
-  LiveHooks hooks{
-      nullptr, [] { return SignalReceived() != 0; }, {}, arguments.out, arguments.save_every_s};
+  LiveHooks hooks;
+  hooks.stop = [] { return SignalReceived() != 0; };
+  hooks.out = arguments.out;
+  hooks.save_every_s = arguments.save_every_s;
+  ObserverList observers;
+  hooks.observer = &observers;
+#if DEEPUAV_WITH_MAVLINK
+  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, live);
+  if (autopilot) {
+    AutopilotObserver* const observer = autopilot->observer();
+    observers.Add(observer);
+    hooks.arrived = [observer](Timestamp time, const Stopwatch& since_arrival) {
+      observer->Arrived(time, since_arrival);
+    };
+  }
+#endif
 #if DEEPUAV_WITH_REPORT
   const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());
-  if (view) Show(live, view.get(), &hooks);
+  if (view) {
+    observers.Add(view->observer());
+    Show(live, view.get(), &hooks);
+  }
 #endif
   const FinishedRun run = live.Run(hooks);
   WriteRunOutput(arguments.out, run);
@@ -140,6 +163,9 @@ void AddArguments(CLI::App& command, LiveArguments& arguments) {
       .add_flag("--localise-only", arguments.localise_only,
                 "Find the camera in these maps and leave them as they are")
       ->needs("--map");
+#if DEEPUAV_WITH_MAVLINK
+  AddAutopilotArguments(command, arguments.autopilot);
+#endif
 #if DEEPUAV_WITH_REPORT
   AddViewArguments(command, arguments.view);
 #endif

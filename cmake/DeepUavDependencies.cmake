@@ -45,6 +45,22 @@ if(DEEPUAV_TESTS)
   include(GoogleTest)
 endif()
 
+# MAVLink's messages, and what makes C++ of them: of pymavlink's wheel, as OpenVINO's.
+if(DEEPUAV_MAVLINK)
+  set(pymavlink_folder ${PROJECT_SOURCE_DIR}/.deps/pymavlink)
+  if(DEEPUAV_WHEEL AND NOT EXISTS ${pymavlink_folder})
+    find_package(Python 3.10 REQUIRED COMPONENTS Interpreter)
+    execute_process(COMMAND ${Python_EXECUTABLE} -c "import importlib.util as u, os
+print(os.path.dirname(os.path.dirname(u.find_spec('pymavlink').origin)))"
+      OUTPUT_VARIABLE pymavlink_folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  endif()
+  set(DEEPUAV_PYMAVLINK ${pymavlink_folder} CACHE PATH "Folder that holds the package pymavlink")
+  if(NOT EXISTS ${DEEPUAV_PYMAVLINK}/pymavlink/dialects/v20/common.xml)
+    message(FATAL_ERROR "No pymavlink in ${DEEPUAV_PYMAVLINK}: run scripts/setup.sh, or leave out what needs it by "
+      "-DDEEPUAV_MAVLINK=OFF")
+  endif()
+endif()
+
 if(NOT DEEPUAV_REPORT)
   return()
 endif()

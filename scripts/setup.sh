@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly openvino_version=2026.4.1
+readonly openvino_version=2026.4.1 pymavlink_version=2.4.50
 readonly packages=(
   build-essential cmake ninja-build ccache pkg-config unzip ca-certificates python3 python3-dev python3-venv python3-pip
   libopencv-dev libeigen3-dev libceres-dev libyaml-cpp-dev libcli11-dev libspdlog-dev libfmt-dev
@@ -74,6 +74,31 @@ install_openvino() {
   mv "$folder/openvino" .deps/openvino
 }
 
+# Of the wheel only what is written in Python is used: MAVLink's messages and what makes C of them, to build, and a receiver
+# for the tests. So one wheel serves all machines.
+install_pymavlink() {
+  local sha256=6c56a34ae4e6e9215f77cd4ad809b804611ad248290783d2d701904bb8db9772
+  local stamp=.deps/pymavlink/.wheel wanted="$pymavlink_version $sha256"
+  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]]; then return; fi
+
+  echo "Downloading pymavlink $pymavlink_version"
+  mkdir -p .deps
+  rm -rf .deps/unpacking.*
+  trap 'rm -rf .deps/unpacking.*' EXIT
+  local folder
+  folder=$(mktemp -d .deps/unpacking.XXXXXX)
+  /usr/bin/python3 -m pip download --quiet --no-deps --only-binary=:all: --implementation cp --python-version 3.11 \
+    --platform manylinux_2_28_x86_64 --dest "$folder" "pymavlink==$pymavlink_version"
+  local wheel=("$folder"/pymavlink-*.whl)
+  echo "$sha256  ${wheel[0]}" | sha256sum --check --quiet || fail "the pymavlink wheel has another SHA-256 than $sha256"
+  unzip -q "${wheel[0]}" pymavlink/__init__.py pymavlink/tools/mavgen.py 'pymavlink/generator/*.py' 'pymavlink/generator/C/*' \
+    'pymavlink/dialects/*__init__.py' 'pymavlink/dialects/v20/common.*' 'pymavlink/dialects/v20/standard.*' \
+    'pymavlink/dialects/v20/minimal.*' '*/licenses/*' -d "$folder/unpacked"
+  echo "$wanted" >"$folder/unpacked/.wheel"
+  rm -rf .deps/pymavlink
+  mv "$folder/unpacked" .deps/pymavlink
+}
+
 preset=release
 build=true
 target=all
@@ -102,6 +127,7 @@ esac
 check_cpu
 install_packages
 install_openvino
+install_pymavlink
 if $build; then
   # What one checkout has compiled, another one need not compile again.
   export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}

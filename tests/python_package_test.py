@@ -96,7 +96,9 @@ def make_wheel(scratch):
     environment = {**os.environ, "PATH": f"{makers / 'bin'}:{os.environ['PATH']}", "CMAKE_BUILD_PARALLEL_LEVEL": "2"}
     settings = {"build-dir": BUILD.with_name(BUILD.name + "-wheel"),
                 "cmake.define.CMAKE_CXX_COMPILER": cached("CMAKE_CXX_COMPILER"),
-                "cmake.define.DEEPUAV_OPENVINO": cached("DEEPUAV_OPENVINO")}
+                "cmake.define.DEEPUAV_OPENVINO": cached("DEEPUAV_OPENVINO"),
+                "cmake.define.DEEPUAV_MAVLINK": cached("DEEPUAV_MAVLINK"),
+                "cmake.define.DEEPUAV_PYMAVLINK": cached("DEEPUAV_PYMAVLINK")}
     run(makers / "bin/pip", "wheel", ROOT, "--no-deps", "--no-build-isolation", "--wheel-dir", scratch / "wheels",
         *(f"--config-settings={name}={value}" for name, value in settings.items()), env=environment)
     return next((scratch / "wheels").glob("deepuav-*.whl"))
@@ -143,6 +145,11 @@ class PackageTest(unittest.TestCase):
         self.assertEqual(self.call(self.bin / "python", "-m", "deepuav", "--version"),
                          self.call(BUILD / "deepuav", "--version"))
 
+    def test_bags_can_be_converted(self):
+        self.assertIn("--imu-from-camera", self.call(self.bin / "python", "-m", "deepuav.convert", "--help"))
+        requires = next((self.scratch / "fresh/lib").glob("python3*/site-packages/deepuav-*.dist-info/METADATA")).read_text()
+        self.assertRegex(requires, r"Requires-Dist: rosbags[^\n]*extra == ['\"]convert['\"]")
+
     def test_it_has_types(self):
         package = next((self.scratch / "fresh/lib").glob("python3*/site-packages/deepuav"))
         self.assertTrue((package / "py.typed").exists())
@@ -154,6 +161,8 @@ class PackageTest(unittest.TestCase):
         setup = (ROOT / "scripts/setup.sh").read_text()
         version = re.search(r"openvino_version=([0-9.]+)", setup).group(1)
         self.assertEqual(set(re.findall(r"openvino==([0-9.]+)", (ROOT / "pyproject.toml").read_text())), {version})
+        version = re.search(r"pymavlink_version=([0-9.]+)", setup).group(1)
+        self.assertEqual(set(re.findall(r"pymavlink==([0-9.]+)", (ROOT / "pyproject.toml").read_text())), {version})
 
 
 if __name__ == "__main__":

@@ -30,6 +30,9 @@ class MeasuringObserver : public RunObserver {
   void OnMap(const MapEvent& event) override {
     if (next_) next_->OnMap(event);
   }
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
+    if (next_) next_->OnGauge(map, revision, gauge);
+  }
   void OnMapState(const Map& map) override {
     if (next_) next_->OnMapState(map);
   }
@@ -144,6 +147,7 @@ void LiveRun::FeedAll(const LiveHooks& hooks, PushedRun* run) {
                 {[&](GreyImage image, Timestamp time, const Stopwatch& since_arrival) {
                    if (stop()) return;
                    latency_.Arrived(time, since_arrival);
+                   if (hooks.arrived) hooks.arrived(time, since_arrival);
                    run->Feed(image, time);
                  },
                  [&](const std::string& line) {

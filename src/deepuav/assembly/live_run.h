@@ -27,6 +27,8 @@ struct LiveRequest {
 /// Who is told of a live run while it goes on, and may end it.
 struct LiveHooks {
   RunObserver* observer = nullptr;
+  /// An image goes to the run, of which OnFrame then tells with this time.
+  std::function<void(Timestamp time, const Stopwatch& since_arrival)> arrived;
   std::function<bool()> stop;                        ///< Asked in any thread.
   std::function<void(const std::string& line)> say;  ///< What happens to link and picture.
   std::filesystem::path out;                         ///< Saved into...
@@ -56,6 +58,10 @@ class LiveRun {
   /// Of the images as they are worked on.
   Camera working_camera() const;
   std::string SourceName() const { return source_->Name(); }
+  /// body_from_cam where the source is a dataset that says it.
+  std::optional<SE3> BodyFromCam() const {
+    return dataset_ ? dataset_->BodyFromCam() : std::nullopt;
+  }
   /// Thread-safe.
   LiveStatus status() const;
 

@@ -141,6 +141,7 @@ void FrameLocator::Sharpen(const LocalMap& local_map, LocatedFrame* located) con
   CoarsePose sharp = OptimiseOn(frame, local_map, measured, located->cam_from_world);
   if (static_cast<int>(sharp.seen.size()) < options_.min_inliers) return;
   located->cam_from_world = sharp.cam_from_world;
+  located->information = sharp.information;
   located->seen = std::move(sharp.seen);
 }
 
@@ -277,6 +278,7 @@ LocatedFrame FrameLocator::Refine(const Frame& frame, const KeypointGrid& grid,
   const StageScope stage(stages_, "optimise pose");
   CoarsePose refined = OptimiseOn(frame, local_map, seen, coarse.cam_from_world);
   located.cam_from_world = refined.cam_from_world;
+  located.information = refined.information;
   located.seen = std::move(refined.seen);
   std::sort(located.seen.begin(), located.seen.end(),
             [](const auto& a, const auto& b) { return a.keypoint < b.keypoint; });
@@ -307,7 +309,7 @@ CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_ma
                                     const SeenList& seen, const SE3& initial) const {
   const MotionOnlyResult result = OptimizePose(
       camera_.pinhole, Observe(frame, local_map, seen, initial), initial, options_.motion_only);
-  CoarsePose pose{result.cam_from_world, {}};
+  CoarsePose pose{result.cam_from_world, {}, result.information};
   for (size_t i = 0; i < seen.size(); ++i) {
     if (result.inlier[i]) pose.seen.push_back(seen[i]);
   }

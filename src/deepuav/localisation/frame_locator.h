@@ -69,6 +69,8 @@ struct LocatedFrame {
     std::optional<PixelMeasurement> measured = {};  ///< Nothing: at the key point.
   };
   SE3 cam_from_world;
+  /// As of MotionOnlyResult: what its pixels tell of the pose in a map that is taken as it is.
+  Matrix6d information = Matrix6d::Zero();
   std::vector<Seen> seen;    ///< Inliers, by key point.
   std::vector<int> visible;  ///< Landmarks expected in the view, by index.
   Frame frame;               ///< As given, corrected for how the camera moved while it was read.
@@ -90,6 +92,7 @@ struct LocationPrior {
 struct CoarsePose {
   SE3 cam_from_world;
   std::vector<LocatedFrame::Seen> seen;
+  Matrix6d information = Matrix6d::Zero();  ///< As LocatedFrame's.
 };
 
 /// Finds a frame's pose in a local map: by prediction, else by matching a reference keyframe; then

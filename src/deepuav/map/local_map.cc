@@ -160,6 +160,7 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
   local->descriptors.Reserve(static_cast<int>(landmarks.ids().size()));
   local->landmarks.reserve(landmarks.ids().size());
   local->model_sigma_px = map.model_sigma_px();
+  local->revision = map.revision();
   const Eigen::Vector3d centre_world = map.At(centre).cam_from_world.InverseTranslation();
   DescriptorChoice choice(map, centre, options.max_heading_difference_deg * M_PI / 180);
   for (LandmarkId id : landmarks.ids()) {

@@ -42,6 +42,7 @@ struct LocalMap {
   std::vector<LocalLandmark> landmarks;  ///< By id.
   Descriptors descriptors;               ///< One row a landmark.
   double model_sigma_px = 0;             ///< As Map::model_sigma_px.
+  int64_t revision = 0;                  ///< As Map::revision.
 };
 
 struct LocalMapOptions {

@@ -228,6 +228,7 @@ void Map::Transform(const Sim3& new_from_old) {
     landmark.min_distance *= new_from_old.scale();
     landmark.max_distance *= new_from_old.scale();
   });
+  CountMove();
 }
 
 void Map::MovePixels(const PixelMove& move) {

@@ -116,6 +116,11 @@ class Map {
 
   double MedianDepth(KeyframeId id) const;
 
+  /// How often all of it, or a large part, was moved at once: by a loop, a merger, an adjustment of
+  /// the whole, another gauge.
+  int64_t revision() const { return revision_; }
+  void CountMove() { ++revision_; }
+
   /// What the measurements err by beyond their own noise, as by calibration and shutter: standard
   /// deviation per axis.
   double model_sigma_px() const { return model_sigma_px_; }
@@ -131,6 +136,7 @@ class Map {
 
   MapId id_;
   double model_sigma_px_ = 0;
+  int64_t revision_ = 0;
   KeyframeId root_;
   IdStore<KeyframeId, Keyframe> keyframes_;
   IdStore<LandmarkId, Landmark> landmarks_;

@@ -57,6 +57,7 @@ void GlobalAdjustment::Apply(Map* map) const {
     map->SetPosition(window_.landmarks[l], window_.problem.landmarks_world[l]);
     map->UpdateViewRange(window_.landmarks[l]);
   }
+  map->CountMove();
 }
 
 }  // namespace deepuav

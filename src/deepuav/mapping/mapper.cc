@@ -222,6 +222,7 @@ void Mapper::Apply(const MapCorrection& correction) {
     FuseDuplicates(&map, tie.keyframe, camera_, options_.fusion, observer_);
   }
   AdjustLocally(correction.ties.back().keyframe, &map);
+  map.CountMove();
 }
 
 void Mapper::Join(const MapCorrection& correction) { MergeMaps(correction, atlas_); }

@@ -50,6 +50,8 @@ void BackEnd::TellOfKeyframe(const Keyframe& keyframe, MapId map) const {
 void BackEnd::TellOfMap(MapChange change, MapId map, MapId into) const {
   if (!observer_) return;
   observer_->OnMap({change, map, into});
+  if (change == MapChange::kMerged)
+    observer_->OnGauge(atlas_->Current(into), atlas_->At(into).revision(), atlas_->GaugeOf(into));
   if (change != MapChange::kStarted) observer_->OnMapState(atlas_->At(into));
 }
 

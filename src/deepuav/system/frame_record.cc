@@ -20,6 +20,8 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.map = result.pose->map;
   record.pose = result.pose->anchored;
   record.cam_from_world = result.pose->cam_from_world;
+  record.map_revision = result.pose->map_revision;
+  record.pose_information = result.pose->information;
   record.landmark_count = static_cast<int>(result.pose->matches.size());
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {
@@ -47,6 +49,8 @@ FrameRecord WithoutWhatItSaw(const FrameRecord& record) {
   bare.map = record.map;
   bare.pose = record.pose;
   bare.cam_from_world = record.cam_from_world;
+  bare.map_revision = record.map_revision;
+  bare.pose_information = record.pose_information;
   bare.landmark_count = record.landmark_count;
   return bare;
 }

@@ -6,6 +6,7 @@
 
 #include "deepuav/base/ids.h"
 #include "deepuav/geometry/se3.h"
+#include "deepuav/map/gauge.h"
 #include "deepuav/map/map.h"
 #include "deepuav/system/frame_record.h"
 
@@ -46,6 +47,9 @@ class RunObserver {
   virtual void OnFrame(const FrameRecord& record, const Frame& frame) = 0;
   virtual void OnKeyframe(KeyframeEvent event) = 0;
   virtual void OnMap(const MapEvent& event) = 0;
+  /// What the world of a map means, from this revision of it on (Map::revision): of maps that were
+  /// loaded, before the first frame, and of those that another becomes part of.
+  virtual void OnGauge(MapId /*map*/, int64_t /*revision*/, const Gauge& /*gauge*/) {}
   /// After every keyframe and change, with the map as it is now: to be read during the call only.
   virtual void OnMapState(const Map& /*map*/) {}
   /// A stage ended that took so long.

@@ -98,6 +98,9 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   std::atomic<bool> ended{false};
   LiveImages live_images(images, [&ended, &stop] { return ended || (stop && stop()); });
   const bool live = schedule == Schedule::kLive;
+  for (const MapId map : atlas_.Remaining()) {
+    if (observer_) observer_->OnGauge(map, atlas_.At(map).revision(), atlas_.GaugeOf(map));
+  }
   back_end_.StopWhen(stop);
   {
     std::optional<ReadoutTurns> turns;

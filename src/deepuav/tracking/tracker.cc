@@ -151,7 +151,9 @@ TrackedPose Tracker::Describe(const LocatedFrame& located) const {
       local_map_->map,
       {reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
       {},
-      located.cam_from_world};
+      located.cam_from_world,
+      local_map_->revision,
+      located.information};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
     pose.matches.push_back({seen.keypoint,

@@ -38,7 +38,9 @@ struct TrackedPose {
   MapId map;
   AnchoredPose anchored;
   std::vector<LandmarkMatch> matches;
-  SE3 cam_from_world = {};  ///< In the local map that it was located in.
+  SE3 cam_from_world = {};                  ///< In the local map that it was located in...
+  int64_t map_revision = 0;                 ///< ...as of LocalMap::revision.
+  Matrix6d information = Matrix6d::Zero();  ///< As of LocatedFrame.
 };
 
 /// What became of one frame.

@@ -1,0 +1,372 @@
+"""Makes a EuRoC dataset of a ROS bag.
+
+    python -m deepuav.convert flight.bag|flight.db3|flight.mcap|FOLDER OUT
+
+Needs the package rosbags: ``pip install deepuav[convert]``. Memory does not grow with the bag: what is read is written.
+"""
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Iterator, NamedTuple, TextIO
+
+import numpy as np
+
+from deepuav._bag_images import ImageError, encoded_image
+from deepuav._bag_transforms import TransformTree, matrix_of
+
+#: What is taken of a bag: option, types, whether several topics of them need a choice.
+IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
+CAMERA, IMU, FIX, PRESSURE = (f"sensor_msgs/msg/{name}" for name in ("CameraInfo", "Imu", "NavSatFix", "FluidPressure"))
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+KINDS = {"image": IMAGES, "camera_info": (CAMERA,), "imu": (IMU,), "fix": (FIX,), "pressure": (PRESSURE,)}
+DISTORTIONS = {"": ("radial-tangential", (0, 4, 5)), "none": ("radial-tangential", (0, 4, 5)),
+               "plumb_bob": ("radial-tangential", (4, 5)), "radtan": ("radial-tangential", (4, 5)),
+               "equidistant": ("equidistant", (4,)), "fisheye": ("equidistant", (4,))}
+OMITTED = "none"
+
+
+class ConvertError(Exception):
+    """What is wrong with a bag, or with what was asked of it, in one line."""
+
+
+class Report(NamedTuple):
+    """What was written."""
+
+    images: int
+    imu: int
+    fixes: int
+    pressures: int
+    left_out: dict[str, int]  #: Messages by topic whose times did not grow, or that held no measurement.
+
+
+def standard_altitude_m(pressure_pa: float) -> float:
+    """In the standard atmosphere."""
+    return 288.15 / 0.0065 * (1 - (pressure_pa / 101_325.0) ** (0.0065 * 287.053 / 9.80665))
+
+
+class _Table:
+    """A data.csv that grows line by line, by growing times."""
+
+    def __init__(self, folder: Path, head: str) -> None:
+        folder.mkdir(parents=True)
+        self.file: TextIO = (folder / "data.csv").open("w", encoding="ascii", newline="\n")
+        self.file.write(f"#timestamp [ns],{head}\n")
+        self.first = self.last = None
+        self.rows = 0
+
+    def takes(self, time_ns: int) -> bool:
+        return self.last is None or time_ns > self.last
+
+    def add(self, time_ns: int, *fields: str) -> None:
+        self.file.write(",".join((str(time_ns), *fields)) + "\n")
+        self.first = time_ns if self.first is None else self.first
+        self.last = time_ns
+        self.rows += 1
+
+    def rate_hz(self) -> float:
+        return 1e9 * (self.rows - 1) / (self.last - self.first) if self.rows > 1 else 0.0
+
+
+def _numbers(values: Any) -> tuple[str, ...]:
+    return tuple(repr(float(value)) for value in values)
+
+
+def _matrix_yaml(matrix: np.ndarray) -> str:
+    return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + ", ".join(_numbers(matrix.ravel())) + "]\n"
+
+
+class _Bag:
+    """An open bag: its topics by kind, its messages in order."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            from rosbags.highlevel import AnyReader
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as error:
+            raise ConvertError(f"{path}: no package rosbags to read it: expected `pip install deepuav[convert]`") from error
+        if not path.exists():
+            raise ConvertError(f"{path}: is not there: expected a bag (.bag, .db3, .mcap, or the folder of one)")
+        if path.is_file() and path.suffix not in (".bag", ".db3", ".mcap"):
+            raise ConvertError(f"{path}: ends in '{path.suffix}': expected .bag, .db3 or .mcap, or the folder of a bag")
+        self.path = path
+        # Databases before Iron hold no definitions; these messages have not changed since.
+        self.reader = self._guard(lambda: AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
+        self._guard(self.reader.open)
+
+    def _guard(self, step: Any) -> Any:
+        """What goes wrong in reading, in one line."""
+        try:
+            return step()
+        except ConvertError:
+            raise
+        except Exception as error:  # A damaged bag can fail in any way.
+            why = " ".join(str(error).split()) or type(error).__name__
+            raise ConvertError(f"{self.path}: cannot be read as a bag: {why}") from error
+
+    def close(self) -> None:
+        if self.reader.stack:
+            self.reader.close()
+
+    def topics(self, types: tuple[str, ...]) -> dict[str, str]:
+        """Types by topic."""
+        return {c.topic: c.msgtype for c in self.reader.connections if c.msgtype in types}
+
+    def messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
+        """Topic, time of recording, message."""
+        connections = [c for c in self.reader.connections if c.topic in topics]
+        if not connections:
+            return
+        iterator = iter(self.reader.messages(connections))
+        while True:
+            item = self._guard(lambda: next(iterator, None))
+            if item is None:
+                return
+            connection, recorded_ns, raw = item
+            try:
+                message = self.reader.deserialize(raw, connection.msgtype)
+            except Exception as error:
+                raise ConvertError(f"{self.path}: topic {connection.topic}: a message at {recorded_ns} ns that is no "
+                                   f"{connection.msgtype}: {' '.join(str(error).split())}") from error
+            yield connection.topic, recorded_ns, message
+
+
+def _choose(bag: _Bag, kind: str, wanted: str | None, required: bool) -> str | None:
+    """The topic of a kind: as asked for, or the only one."""
+    types, option = KINDS[kind], f"--{kind.replace('_', '-')}"
+    found = bag.topics(types)
+    names = " or ".join(name.rsplit("/", 1)[1] for name in types)
+    there = ", ".join(sorted(found)) or "none"
+    if wanted == OMITTED and not required:
+        return None
+    if wanted is not None:
+        if wanted not in found:
+            raise ConvertError(f"{bag.path}: topic {wanted}: not there as {names}: expected one of: {there}")
+        return wanted
+    if len(found) > 1:
+        raise ConvertError(f"{bag.path}: topics {there} are all {names}: expected one, by {option} TOPIC")
+    if not found and required:
+        all_topics = ", ".join(f"{c.topic} ({c.msgtype})" for c in bag.reader.connections) or "none"
+        raise ConvertError(f"{bag.path}: topics are {all_topics}: expected one of type {names}")
+    return next(iter(found), None)
+
+
+def _choose_camera_info(bag: _Bag, wanted: str | None, image_topic: str) -> str | None:
+    """The one beside the images, where there are several."""
+    found = bag.topics((CAMERA,))
+    if wanted is None and len(found) > 1:
+        near = [topic for topic in found if image_topic.startswith(topic.rsplit("/", 1)[0] + "/")]
+        if len(near) == 1:
+            return near[0]
+    return _choose(bag, "camera_info", wanted, required=False)
+
+
+def _camera_yaml(bag: _Bag, topic: str, info: Any, rate_hz: float, body_from_cam: np.ndarray) -> str:
+    matrix = np.asarray(getattr(info, "K", None) if hasattr(info, "K") else info.k, float)
+    coefficients = np.asarray(getattr(info, "D", None) if hasattr(info, "D") else info.d, float)
+    where = f"{bag.path}: topic {topic}"
+    model = info.distortion_model.strip()
+    if model not in DISTORTIONS:
+        raise ConvertError(f"{where}: distortion_model is '{model}': expected plumb_bob or equidistant")
+    name, counts = DISTORTIONS[model]
+    if len(coefficients) not in counts:
+        raise ConvertError(f"{where}: {len(coefficients)} coefficients of {model or 'no distortion'}: expected "
+                           f"{' or '.join(map(str, counts))}")
+    if not (np.isfinite(matrix).all() and np.isfinite(coefficients).all() and matrix[0] > 0 and matrix[4] > 0):
+        raise ConvertError(f"{where}: fx is {matrix[0]}, fy {matrix[4]}: expected focal lengths above 0, as of a camera that "
+                           "was calibrated (--camera-info none leaves it out)")
+    coefficients = coefficients if len(coefficients) else np.zeros(4)
+    return (f"sensor_type: camera\n{_matrix_yaml(body_from_cam)}rate_hz: {max(rate_hz, 1e-3)!r}\n"
+            f"resolution: [{info.width}, {info.height}]\ncamera_model: pinhole\n"
+            f"intrinsics: [{', '.join(_numbers((matrix[0], matrix[4], matrix[2], matrix[5])))}]\n"
+            f"distortion_model: {name}\ndistortion_coefficients: [{', '.join(_numbers(coefficients))}]\n")
+
+
+class _Writer:
+    """Writes what comes, by topic."""
+
+    def __init__(self, bag: _Bag, topics: dict[str, str | None], folder: Path) -> None:
+        self.bag, self.topics, self.mav0 = bag, topics, folder / "mav0"
+        self.tables: dict[str, _Table] = {}
+        self.left_out: dict[str, int] = {}
+        self.info: Any = None
+        self.frames: dict[str, str] = {}
+        self.transforms = TransformTree()
+        self.size: tuple[int, int] | None = None
+
+    def table(self, name: str, head: str) -> _Table:
+        if name not in self.tables:
+            self.tables[name] = _Table(self.mav0 / name, head)
+        return self.tables[name]
+
+    def leave_out(self, topic: str) -> None:
+        self.left_out[topic] = self.left_out.get(topic, 0) + 1
+
+    def take(self, topic: str, recorded_ns: int, message: Any) -> None:
+        if topic not in self.topics.values():
+            self.transforms.add(message)
+            return
+        kind = next(kind for kind, chosen in self.topics.items() if chosen == topic)
+        stamp = message.header.stamp
+        time_ns = int(stamp.sec) * 10**9 + int(stamp.nanosec)
+        self.frames.setdefault(kind, message.header.frame_id)
+        getattr(self, "_" + kind)(topic, time_ns if time_ns > 0 else recorded_ns, message)
+
+    def _image(self, topic: str, time_ns: int, message: Any) -> None:
+        table = self.table("cam0", "filename")
+        if not table.takes(time_ns):
+            return self.leave_out(topic)
+        try:
+            data, ending, size = encoded_image(message)
+        except ImageError as error:
+            raise ConvertError(f"{self.bag.path}: topic {topic}: image of {time_ns} ns: {error}") from error
+        if size and size != (self.size or size):
+            raise ConvertError(f"{self.bag.path}: topic {topic}: image of {time_ns} ns is {size[0]}x{size[1]}: expected "
+                               f"{self.size[0]}x{self.size[1]} as the first")
+        self.size = self.size or size
+        images = self.mav0 / "cam0/data"
+        images.mkdir(exist_ok=True)
+        name = f"{time_ns}{ending}"
+        (images / name).write_bytes(data)
+        table.add(time_ns, name)
+
+    def _camera_info(self, _topic: str, _time_ns: int, message: Any) -> None:
+        self.info = self.info or message
+
+    def _imu(self, topic: str, time_ns: int, message: Any) -> None:
+        table = self.table("imu0", "w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+                                   "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]")
+        turn, force = message.angular_velocity, message.linear_acceleration
+        values = (turn.x, turn.y, turn.z, force.x, force.y, force.z)
+        # REP 145: what is not measured has -1 in its covariance.
+        measured = message.angular_velocity_covariance[0] != -1 and message.linear_acceleration_covariance[0] != -1
+        if not table.takes(time_ns) or not measured or not all(map(math.isfinite, values)):
+            return self.leave_out(topic)
+        table.add(time_ns, *_numbers(values))
+
+    def _fix(self, topic: str, time_ns: int, message: Any) -> None:
+        table = self.table("gps0", "latitude [deg],longitude [deg],altitude [m],std_east [m],std_north [m],std_up [m]")
+        values = (message.latitude, message.longitude, message.altitude)
+        if message.status.status < 0 or not table.takes(time_ns) or not all(map(math.isfinite, values)):
+            return self.leave_out(topic)
+        known = message.position_covariance_type != 0
+        variances = [float(message.position_covariance[i]) if known else 0.0 for i in (0, 4, 8)]
+        sigmas = [math.sqrt(value) if math.isfinite(value) and value > 0 else 0.0 for value in variances]
+        table.add(time_ns, *_numbers((*values, *sigmas)))
+
+    def _pressure(self, topic: str, time_ns: int, message: Any) -> None:
+        table = self.table("baro0", "pressure [Pa],altitude [m]")
+        pressure_pa = float(message.fluid_pressure)
+        if not table.takes(time_ns) or not 1_000 < pressure_pa < 200_000:
+            return self.leave_out(topic)
+        table.add(time_ns, *_numbers((pressure_pa, standard_altitude_m(pressure_pa))))
+
+    def body_from_cam(self, given: np.ndarray | None) -> np.ndarray:
+        """The body is the inertial sensor, where there is one."""
+        if given is not None or "imu0" not in self.tables:
+            return np.eye(4) if given is None else given
+        camera, imu = self.frames["image"], self.frames["imu"]
+        found = self.transforms.between(imu, camera)
+        if found is None:
+            raise ConvertError(f"{self.bag.path}: topic {self.topics['imu']}: no transform from '{camera}', the camera's frame, to "
+                               f"'{imu}' in /tf_static: expected --imu-from-camera with 16 numbers, or --imu none")
+        return found
+
+    def finish(self, imu_from_cam: np.ndarray | None) -> Report:
+        for table in self.tables.values():
+            table.file.close()
+        rows = {name: table.rows for name, table in self.tables.items()}
+        if not rows.get("cam0"):
+            raise ConvertError(f"{self.bag.path}: topic {self.topics['image']}: no images: expected some")
+        for name in [name for name, count in rows.items() if count == 0]:
+            shutil.rmtree(self.mav0 / name)
+            del self.tables[name]
+        body_from_cam = self.body_from_cam(imu_from_cam)
+        if self.info is not None:
+            if self.size and self.size != (self.info.width, self.info.height):
+                raise ConvertError(f"{self.bag.path}: topic {self.topics['camera_info']}: {self.info.width}x{self.info.height}: "
+                                   f"expected {self.size[0]}x{self.size[1]} as the images")
+            (self.mav0 / "cam0/sensor.yaml").write_text(_camera_yaml(
+                self.bag, self.topics["camera_info"] or "", self.info, self.tables["cam0"].rate_hz(), body_from_cam))
+        return Report(rows["cam0"], rows.get("imu0", 0), rows.get("gps0", 0), rows.get("baro0", 0), self.left_out)
+
+    def close(self) -> None:
+        for table in self.tables.values():
+            table.file.close()
+
+
+def convert(bag: str | os.PathLike[str], out: str | os.PathLike[str], *, image: str | None = None,
+            camera_info: str | None = None, imu: str | None = None, fix: str | None = None, pressure: str | None = None,
+            imu_from_camera: Any = None) -> Report:
+    """Writes the bag's images, inertial samples, position fixes, pressures and calibration as a EuRoC dataset.
+
+    The topics are those of their types; where there are several, ``image`` and the others name one, or "none" (but for
+    images). ``imu_from_camera``: 4x4, where /tf_static does not say it. ``out`` must not be there, or be empty; it is there
+    once it is whole. Raises :class:`ConvertError`.
+    """
+    out = Path(out)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ConvertError(f"{out}: is there: expected a folder that is new or empty")
+    transform = None if imu_from_camera is None else matrix_of(imu_from_camera)
+    if imu_from_camera is not None and transform is None:
+        raise ConvertError("imu_from_camera: expected a rigid transform of 4x4 numbers by rows")
+    source = _Bag(Path(bag))
+    try:
+        topics = {"image": _choose(source, "image", image, required=True)}
+        topics["camera_info"] = _choose_camera_info(source, camera_info, topics["image"] or "")
+        for kind, wanted in (("imu", imu), ("fix", fix), ("pressure", pressure)):
+            topics[kind] = _choose(source, kind, wanted, required=False)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as scratch:
+            writer = _Writer(source, topics, Path(scratch) / "dataset")
+            try:
+                static = {topic for topic in source.topics((TRANSFORMS,)) if topic.endswith("tf_static")}
+                for topic, recorded_ns, message in source.messages({t for t in topics.values() if t} | static):
+                    writer.take(topic, recorded_ns, message)
+                report = writer.finish(transform)
+            finally:
+                writer.close()
+            if out.exists():
+                out.rmdir()
+            (Path(scratch) / "dataset").rename(out)
+        return report
+    finally:
+        source.close()
+
+
+def _arguments(words: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m deepuav.convert", description="Makes a EuRoC dataset of a ROS bag.")
+    parser.add_argument("bag", metavar="BAG", help="flight.bag, flight.db3, flight.mcap, or the folder of a ROS 2 bag")
+    parser.add_argument("out", metavar="OUT", help="folder for the dataset, new or empty")
+    for kind, types in KINDS.items():
+        names = " or ".join(name.rsplit("/", 1)[1] for name in types)
+        parser.add_argument(f"--{kind.replace('_', '-')}", metavar="TOPIC",
+                            help=f"the topic of type {names}, where there are several" + ("" if kind == "image" else "; none: left out"))
+    parser.add_argument("--imu-from-camera", metavar="NUMBER", nargs=16, type=float,
+                        help="4x4 by rows, where /tf_static does not say it")
+    return parser.parse_args(words)
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command."""
+    arguments = vars(_arguments(words))
+    try:
+        report = convert(**arguments)
+    except (ConvertError, OSError) as error:
+        print(f"deepuav.convert: {error}", file=sys.stderr)
+        return 1
+    print(f"{report.images} images, {report.imu} inertial samples, {report.fixes} fixes, {report.pressures} pressures")
+    for topic, count in sorted(report.left_out.items()):
+        print(f"{topic}: {count} messages left out, whose times do not grow or that measure nothing")
+    if not (Path(arguments["out"]) / "mav0/cam0/sensor.yaml").exists():
+        print("no calibration in the bag: `deepuav run` needs --camera camera.yaml")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

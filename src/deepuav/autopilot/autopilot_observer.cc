@@ -1,0 +1,50 @@
+#include "deepuav/autopilot/autopilot_observer.h"
+
+#include <cmath>
+#include <ranges>
+
+namespace deepuav {
+namespace {
+
+constexpr size_t kMostMetrics = 256;
+
+}  // namespace
+
+void AutopilotObserver::Arrived(Timestamp time, const Stopwatch& since_arrival) {
+  const int64_t arrival_ns = SteadyNow() - std::llround(1e9 * since_arrival.Seconds());
+  const std::scoped_lock lock(mutex_);
+  clock_.Arrived(time, arrival_ns);
+}
+
+void AutopilotObserver::UseMetric(MapId map, int64_t revision,
+                                  const std::optional<MetricFromMap>& metric) {
+  const std::scoped_lock lock(mutex_);
+  metrics_.push_back({map, revision, metric});
+  if (metrics_.size() > kMostMetrics) metrics_.pop_front();
+}
+
+std::optional<MetricFromMap> AutopilotObserver::MetricIn(MapId map, int64_t revision) const {
+  for (const MetricSince& since : std::views::reverse(metrics_)) {
+    if (since.map == map && since.revision <= revision) return since.metric;
+  }
+  return std::nullopt;
+}
+
+void AutopilotObserver::OnFrame(const FrameRecord& record, const Frame& /*frame*/) {
+  const std::scoped_lock lock(mutex_);
+  if (!record.located()) return estimator_.Lost();
+  const LocatedImage image{clock_.SteadyOf(record.time).value_or(SteadyNow()),
+                           record.map,
+                           record.map_revision,
+                           record.cam_from_world,
+                           record.pose_information,
+                           record.landmark_count};
+  estimator_.Add(image, MetricIn(record.map, record.map_revision));
+}
+
+OdometryEstimator::Answer AutopilotObserver::At(int64_t time_ns) const {
+  const std::scoped_lock lock(mutex_);
+  return estimator_.At(time_ns);
+}
+
+}  // namespace deepuav

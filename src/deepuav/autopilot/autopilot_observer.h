@@ -1,0 +1,45 @@
+#pragma once
+
+#include <deque>
+#include <mutex>
+
+#include "deepuav/autopilot/odometry_estimator.h"
+#include "deepuav/autopilot/steady_image_clock.h"
+#include "deepuav/system/run_observer.h"
+
+namespace deepuav {
+
+/// Makes odometry of what happens in a run. Thread-safe; nobody waits for more than a few matrices.
+class AutopilotObserver : public RunObserver {
+ public:
+  explicit AutopilotObserver(OdometryEstimator estimator) : estimator_(std::move(estimator)) {}
+
+  /// An image came, so long ago; before it is told of as a frame.
+  void Arrived(Timestamp time, const Stopwatch& since_arrival);
+  /// From this revision of the map on; nothing: it has no scale.
+  void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
+  OdometryEstimator::Answer At(int64_t time_ns) const;
+
+  void OnFrame(const FrameRecord& record, const Frame& frame) override;
+  void OnKeyframe(KeyframeEvent /*event*/) override {}
+  void OnMap(const MapEvent& /*event*/) override {}
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
+    // A free one says nothing against what others know of the map.
+    if (const auto metric = MetricOf(gauge)) UseMetric(map, revision, metric);
+  }
+
+ private:
+  struct MetricSince {
+    MapId map;
+    int64_t revision = 0;
+    std::optional<MetricFromMap> metric;
+  };
+  std::optional<MetricFromMap> MetricIn(MapId map, int64_t revision) const;
+
+  mutable std::mutex mutex_;
+  OdometryEstimator estimator_;
+  SteadyImageClock clock_;
+  std::deque<MetricSince> metrics_;  ///< The newest last.
+};
+
+}  // namespace deepuav

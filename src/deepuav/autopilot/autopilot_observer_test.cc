@@ -1,0 +1,141 @@
+#include "deepuav/autopilot/autopilot_observer.h"
+
+#include <gtest/gtest.h>
+
+#include "deepuav/autopilot/constant_velocity.h"
+#include "deepuav/autopilot/mount.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/system/observer_list.h"
+#include "deepuav/system/slam.h"
+#include "support/synthetic_court.h"
+
+namespace deepuav {
+namespace {
+
+constexpr FeatureNoise kNoise{0.5, 0.2, 0, 20};
+constexpr int kFrames = kLap + 80;  // Around the court and on past its beginning.
+
+OdometryEstimator Estimator() {
+  return {SE3(ParseMount("forward"), Eigen::Vector3d::Zero()),
+          {},
+          std::make_unique<ConstantVelocity>()};
+}
+
+/// What every frame is in, and how well its pose is known.
+class Recorder : public RunObserver {
+ public:
+  void OnFrame(const FrameRecord& record, const Frame& /*frame*/) override {
+    if (record.located()) frames.push_back(record);
+  }
+  void OnKeyframe(KeyframeEvent /*event*/) override {}
+  void OnMap(const MapEvent& event) override { changes += event.change != MapChange::kStarted; }
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
+    gauges.push_back({map, revision, gauge});
+  }
+
+  struct Told {
+    MapId map;
+    int64_t revision = 0;
+    Gauge gauge;
+  };
+  std::vector<FrameRecord> frames;
+  std::vector<Told> gauges;
+  int changes = 0;  ///< Of maps as a whole.
+};
+
+class AutopilotObserverTest : public testing::Test {
+ protected:
+  AutopilotObserverTest()
+      : flight_(MakeFlight(Court(2), Walk(0, kFrames), kNoise, 3)),
+        vocabulary_(VocabularyOf(flight_)) {
+    // A wrong calibration drifts, so that there is a loop to close.
+    flight_.camera.pinhole.fx *= 1.04;
+    flight_.camera.pinhole.fy *= 1.04;
+  }
+
+  Atlas Fly(RunObserver* observer, std::optional<Atlas> loaded = std::nullopt) {
+    PreparedFeatures extractor(flight_.features);
+    NearestNeighbourMatcher matcher({});
+    NumberedImages images(flight_.size(), flight_.frame_interval_s);
+    Slam slam(flight_.camera, {}, Perception{&extractor, &matcher, &vocabulary_, nullptr});
+    if (loaded) slam.Load(std::move(*loaded));
+    slam.Observe(observer);
+    slam.Run(&images, Schedule::kSequential);
+    return slam.TakeAtlas();
+  }
+
+  SyntheticFlight flight_;
+  const Vocabulary vocabulary_;
+};
+
+TEST_F(AutopilotObserverTest, EveryCorrectionReachesTheFramesOnce) {
+  Recorder recorder;
+  Fly(&recorder);
+  ASSERT_GT(recorder.changes, 1) << "a loop, and an adjustment after it";
+  OdometryEstimator estimator = Estimator();
+  int corrections = 0;
+  for (size_t i = 0; i < recorder.frames.size(); ++i) {
+    const FrameRecord& frame = recorder.frames[i];
+    if (i > 0) {
+      EXPECT_GE(frame.map_revision, recorder.frames[i - 1].map_revision);
+      corrections += static_cast<int>(frame.map_revision - recorder.frames[i - 1].map_revision);
+    }
+    const Eigen::LLT<Matrix6d> factor(frame.pose_information);
+    ASSERT_EQ(factor.info(), Eigen::Success);
+    const Matrix6d covariance = factor.solve(Matrix6d::Identity());
+    // In the unit of the map, the median depth of its first view.
+    EXPECT_GT(std::sqrt(covariance(0, 0)), 1e-6);
+    EXPECT_LT(std::sqrt(covariance.diagonal().maxCoeff()), 0.05);
+    estimator.Add({frame.time.nanoseconds, frame.map, frame.map_revision, frame.cam_from_world,
+                   frame.pose_information, frame.landmark_count},
+                  MetricFromMap{});
+  }
+  EXPECT_EQ(corrections, recorder.changes);
+  const auto last = estimator.At(recorder.frames.back().time.nanoseconds);
+  ASSERT_TRUE(last.odometry);
+  EXPECT_EQ(last.odometry->reset_counter, corrections);
+}
+
+TEST_F(AutopilotObserverTest, SpeaksInMapsThatHaveMetresOnly) {
+  Recorder recorder;
+  AutopilotObserver autopilot(Estimator());
+  ObserverList both;
+  both.Add(&recorder);
+  both.Add(&autopilot);
+  Atlas atlas = Fly(&both);
+  EXPECT_TRUE(recorder.gauges.empty()) << "no map was there";
+  EXPECT_EQ(autopilot.At(SteadyNow()).why, OdometryEstimator::Silence::kNoScale);
+  atlas.ChangeGauge(MapId{0}, Sim3(), {GaugeKind::kMetric, {}, 0.01});
+  AutopilotObserver metric(Estimator());
+  ObserverList again;
+  again.Add(&recorder);
+  again.Add(&metric);
+  Fly(&again, std::move(atlas));
+  ASSERT_FALSE(recorder.gauges.empty());
+  EXPECT_EQ(recorder.gauges.front().gauge.kind, GaugeKind::kMetric);
+  EXPECT_NE(metric.At(SteadyNow()).why, OdometryEstimator::Silence::kNoScale);
+}
+
+TEST(AutopilotObserver, TheMetricIsThatOfTheFramesRevision) {
+  AutopilotObserver autopilot(Estimator());
+  MetricFromMap georeferenced;
+  georeferenced.origin = GeoPoint{47, 8, 400};
+  autopilot.UseMetric(MapId{3}, 2, MetricFromMap{});
+  autopilot.UseMetric(MapId{3}, 4, georeferenced);
+  const auto origin_in = [&](int64_t revision) {
+    FrameRecord record;
+    record.map = MapId{3};
+    record.map_revision = revision;
+    record.time = Timestamp{revision};
+    autopilot.OnFrame(record, Frame{});
+    return autopilot.At(SteadyNow());
+  };
+  EXPECT_EQ(origin_in(1).why, OdometryEstimator::Silence::kNoScale);
+  EXPECT_NE(origin_in(3).why, OdometryEstimator::Silence::kNoScale);
+  EXPECT_FALSE(origin_in(3).origin);
+  EXPECT_TRUE(origin_in(4).origin);
+  EXPECT_TRUE(origin_in(9).origin);
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,150 @@
+#include "deepuav/autopilot/autopilot_session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "deepuav/base/logging.h"
+#include "deepuav/base/option_bounds.h"
+
+namespace deepuav {
+namespace {
+
+constexpr int64_t kSecond = 1'000'000'000;
+constexpr double kHeartbeatEvery = 1, kTextAgainEvery = 30, kOriginEvery = 1;  // Seconds.
+constexpr double kQuestionEvery = 1, kFirstQuestionEvery = 0.1;
+constexpr int64_t kSettled = kSecond / 2;  // A state is told of once it has lasted so long.
+constexpr int64_t kAway = 5 * kSecond;     // An autopilot that was silent for so long began anew.
+constexpr int kMostAnswersPerSecond = 100, kOriginTries = 5;
+constexpr int64_t kStep = 1'000'000;  // Microseconds: then it is another clock.
+
+const char* TextOf(OdometryEstimator::Silence why) {
+  switch (why) {
+    case OdometryEstimator::Silence::kNone:
+      return "SLAM: sends odometry";
+    case OdometryEstimator::Silence::kNoImage:
+      return "SLAM: no odometry: no image located";
+    case OdometryEstimator::Silence::kLost:
+      return "SLAM: no odometry: the camera is lost";
+    case OdometryEstimator::Silence::kNoScale:
+      break;
+  }
+  return "SLAM: no odometry: the map has no scale";
+}
+
+bool IsSame(const std::optional<GeoPoint>& a, const std::optional<GeoPoint>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->latitude_deg == b->latitude_deg && a->longitude_deg == b->longitude_deg &&
+         a->altitude_m == b->altitude_m;
+}
+
+}  // namespace
+
+void AutopilotOptions::Check() const {
+  CheckRange("rate_hz", rate_hz, 1, 200);
+  CheckRange("system_id", system_id, 1, 255);
+  CheckRange("clock_wait_s", clock_wait_s, 0, 60);
+}
+
+AutopilotSession::AutopilotSession(const AutopilotOptions& options, int64_t now_ns)
+    : options_(options),
+      start_ns_(now_ns),
+      writer_(options.system_id),
+      heartbeat_ns_(now_ns - 60 * kSecond),
+      question_ns_(heartbeat_ns_),
+      text_ns_(heartbeat_ns_),
+      origin_ns_(heartbeat_ns_),
+      answers_ns_(heartbeat_ns_),
+      autopilot_system_(options.system_id) {
+  options_.Check();
+}
+
+bool AutopilotSession::IsDue(double every_s, int64_t now_ns, int64_t* last_ns) {
+  if (now_ns - *last_ns < std::llround(every_s * kSecond)) return false;
+  *last_ns = now_ns;
+  return true;
+}
+
+uint64_t AutopilotSession::GrowingTime(int64_t time_ns) {
+  const int64_t time_us = std::max<int64_t>(clock_.TimeOf(time_ns) / 1000, 1);
+  const bool is_other_clock = std::abs(time_us - last_time_us_) > kStep;
+  last_time_us_ = is_other_clock ? time_us : std::max(time_us, last_time_us_ + 1);
+  return static_cast<uint64_t>(last_time_us_);
+}
+
+void AutopilotSession::TellState(Silence why, int64_t now_ns, std::vector<std::string>* due) {
+  if (pending_ != why) {
+    pending_ = why;
+    pending_ns_ = now_ns;
+  }
+  const bool is_new = told_ != why && now_ns - pending_ns_ >= kSettled;
+  const bool again = told_ == why && why != Silence::kNone &&
+                     now_ns - text_ns_ >= std::llround(kTextAgainEvery * kSecond);
+  if (!is_new && !again) return;
+  told_ = why;
+  text_ns_ = now_ns;
+  due->push_back(writer_.StatusText(TextOf(why), why != Silence::kNone));
+  if (!is_new) return;
+  if (why != Silence::kNoScale) return Log().info("autopilot: {}", TextOf(why));
+  if (!std::exchange(warned_of_scale_, true)) {
+    Log().warn(
+        "autopilot: {}: positions need a map in metres, as one of an earlier run with IMU or "
+        "position fixes (--map)",
+        TextOf(why));
+  }
+}
+
+void AutopilotSession::TellOrigin(const std::optional<GeoPoint>& origin, int64_t now_ns,
+                                  std::vector<std::string>* due) {
+  if (!IsSame(origin, origin_)) {
+    origin_ = origin;
+    origin_tries_ = origin ? kOriginTries : 0;
+  }
+  if (origin_tries_ == 0 || !IsDue(kOriginEvery, now_ns, &origin_ns_)) return;
+  --origin_tries_;
+  const auto time_us = static_cast<uint64_t>(std::max<int64_t>(clock_.TimeOf(now_ns) / 1000, 0));
+  due->push_back(writer_.GlobalOrigin(*origin_, autopilot_system_, time_us));
+}
+
+std::vector<std::string> AutopilotSession::Due(const OdometryEstimator::Answer& answer,
+                                               int64_t now_ns) {
+  std::vector<std::string> due;
+  if (IsDue(kHeartbeatEvery, now_ns, &heartbeat_ns_))
+    due.push_back(writer_.Heartbeat(answer.odometry.has_value()));
+  if (IsDue(clock_.is_known() ? kQuestionEvery : kFirstQuestionEvery, now_ns, &question_ns_))
+    due.push_back(writer_.Timesync(0, clock_.Ask(now_ns)));
+  TellState(answer.why, now_ns, &due);
+  TellOrigin(answer.origin, now_ns, &due);
+  const bool waits_for_clock =
+      !clock_.is_known() && now_ns - start_ns_ < std::llround(options_.clock_wait_s * kSecond);
+  if (!answer.odometry || waits_for_clock) return due;
+  const uint64_t time_us = GrowingTime(answer.odometry->time_ns);
+  due.push_back(options_.vision_position ? writer_.VisionPosition(*answer.odometry, time_us)
+                                         : writer_.Odometry(*answer.odometry, time_us));
+  return due;
+}
+
+void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
+  const bool is_new = !autopilot_ns_ || now_ns - *autopilot_ns_ > kAway;
+  autopilot_ns_ = now_ns;
+  autopilot_system_ = system_id;
+  if (!is_new) return;
+  // It has not heard what was said before.
+  Log().info("autopilot: heard, system {}", system_id);
+  told_.reset();
+  if (origin_) origin_tries_ = kOriginTries;
+}
+
+std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64_t now_ns) {
+  std::vector<std::string> answers;
+  const auto timesync = [&](int64_t clock_ns, int64_t mark_ns) {
+    if (clock_ns != 0) return clock_.Answer(clock_ns, mark_ns, now_ns);
+    if (IsDue(1, now_ns, &answers_ns_)) answers_ = 0;
+    if (++answers_ > kMostAnswersPerSecond) return;
+    answers.push_back(writer_.Timesync(clock_.TimeOf(now_ns), mark_ns));
+  };
+  ReadMavlink(datagram, {[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
+                         [&] { origin_tries_ = 0; }});
+  return answers;
+}
+
+}  // namespace deepuav

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "deepuav/autopilot/clock_sync.h"
+#include "deepuav/autopilot/mavlink_messages.h"
+
+namespace deepuav {
+
+struct AutopilotOptions {
+  double rate_hz = 40;           ///< Of the odometry.
+  int system_id = 1;             ///< Of MAVLink, as the vehicle's.
+  bool vision_position = false;  ///< VISION_POSITION_ESTIMATE in place of ODOMETRY.
+  double clock_wait_s = 3;       ///< For the autopilot's clock before times are the machine's own.
+
+  /// Throws Error for values that cannot be.
+  void Check() const;
+};
+
+/// What is said to an autopilot when, without sockets. Thread-compatible; times: nanoseconds of the
+/// machine's clock.
+class AutopilotSession {
+ public:
+  AutopilotSession(const AutopilotOptions& options, int64_t now_ns);
+
+  /// The datagrams that are due, once an odometry.
+  std::vector<std::string> Due(const OdometryEstimator::Answer& answer, int64_t now_ns);
+  /// The answers to a datagram that came.
+  std::vector<std::string> Hear(std::string_view datagram, int64_t now_ns);
+
+  bool clock_is_known() const { return clock_.is_known(); }
+
+ private:
+  using Silence = OdometryEstimator::Silence;
+  /// Whether it is so long since it was said last, which it is from now on.
+  static bool IsDue(double every_s, int64_t now_ns, int64_t* last_ns);
+  void TellState(Silence why, int64_t now_ns, std::vector<std::string>* due);
+  void TellOrigin(const std::optional<GeoPoint>& origin, int64_t now_ns,
+                  std::vector<std::string>* due);
+  uint64_t GrowingTime(int64_t time_ns);
+  void Heartbeat(int system_id, int64_t now_ns);
+
+  const AutopilotOptions options_;
+  const int64_t start_ns_;
+  MavlinkWriter writer_;
+  ClockSync clock_;
+  int64_t heartbeat_ns_, question_ns_, text_ns_, origin_ns_, answers_ns_;
+  int answers_ = 0;  ///< To questions since then.
+  int64_t last_time_us_ = 0;
+  std::optional<int64_t> autopilot_ns_;  ///< When it was heard last.
+  int autopilot_system_;
+  std::optional<Silence> told_, pending_;  ///< What was said of the state, what is to be said...
+  int64_t pending_ns_ = 0;                 ///< ...since then.
+  bool warned_of_scale_ = false;
+  std::optional<GeoPoint> origin_;
+  int origin_tries_ = 0;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "deepuav/autopilot/metric_from_map.h"
+#include "deepuav/geometry/se3.h"
+
+namespace deepuav {
+
+/// Where the body (x forward, y right, z down) is in the local frame: metres, z down; x north where
+/// the map is georeferenced, else the metric world's x.
+struct BodyPose {
+  SE3 local_from_body;
+  /// Of [position in the local axes, m; rotation vector in the body's axes, rad].
+  Matrix6d covariance = Matrix6d::Identity();
+  bool covariance_is_known = false;
+};
+
+/// `information`: of cam_from_map's twist [translation; rotation], left-multiplied, in the map's
+/// units; one that cannot be inverted says nothing of the covariance.
+BodyPose BodyPoseOf(const SE3& cam_from_map, const Matrix6d& information,
+                    const MetricFromMap& metric, const SE3& body_from_cam);
+
+}  // namespace deepuav

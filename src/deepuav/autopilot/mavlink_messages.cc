@@ -1,0 +1,154 @@
+#include "deepuav/autopilot/mavlink_messages.h"
+
+#include <common/mavlink.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace deepuav {
+namespace {
+
+constexpr uint8_t kComponent = MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY;
+constexpr int kMostMessages = 64;  // In one datagram.
+
+/// The upper right triangle by rows.
+void PackCovariance(const Matrix6d& covariance, float* packed) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column)
+      *packed++ = static_cast<float>(covariance(row, column));
+  }
+}
+
+}  // namespace
+
+template <typename Encode>
+std::string MavlinkWriter::Pack(Encode encode) {
+  mavlink_status_t status = {};
+  status.current_tx_seq = sequence_++;
+  mavlink_message_t message = {};
+  encode(&status, &message);
+  std::string bytes(MAVLINK_MAX_PACKET_LEN, '\0');
+  bytes.resize(mavlink_msg_to_send_buffer(reinterpret_cast<uint8_t*>(bytes.data()), &message));
+  return bytes;
+}
+
+std::string MavlinkWriter::Heartbeat(bool is_active) {
+  mavlink_heartbeat_t heartbeat = {};
+  heartbeat.type = MAV_TYPE_ONBOARD_CONTROLLER;
+  heartbeat.autopilot = MAV_AUTOPILOT_INVALID;
+  heartbeat.system_status = is_active ? MAV_STATE_ACTIVE : MAV_STATE_STANDBY;
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_heartbeat_encode_status(system_id_, kComponent, status, message, &heartbeat);
+  });
+}
+
+std::string MavlinkWriter::Odometry(const deepuav::Odometry& odometry, uint64_t time_us) {
+  mavlink_odometry_t packed = {};
+  packed.time_usec = time_us;
+  packed.frame_id = MAV_FRAME_LOCAL_FRD;
+  packed.child_frame_id = MAV_FRAME_BODY_FRD;
+  const Eigen::Vector3f position = odometry.local_from_body.translation().cast<float>();
+  packed.x = position.x(), packed.y = position.y(), packed.z = position.z();
+  const Eigen::Quaternionf rotation = odometry.local_from_body.rotation().cast<float>();
+  packed.q[0] = rotation.w(), packed.q[1] = rotation.x();
+  packed.q[2] = rotation.y(), packed.q[3] = rotation.z();
+  const Eigen::Vector3f velocity = odometry.velocity_body.cast<float>();
+  packed.vx = velocity.x(), packed.vy = velocity.y(), packed.vz = velocity.z();
+  const Eigen::Vector3f rates = odometry.turn_rate_body.cast<float>();
+  packed.rollspeed = rates.x(), packed.pitchspeed = rates.y(), packed.yawspeed = rates.z();
+  PackCovariance(odometry.pose_covariance, packed.pose_covariance);
+  PackCovariance(odometry.velocity_covariance, packed.velocity_covariance);
+  packed.reset_counter = odometry.reset_counter;
+  packed.estimator_type = MAV_ESTIMATOR_TYPE_VISION;
+  packed.quality = static_cast<int8_t>(odometry.quality);
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_odometry_encode_status(system_id_, kComponent, status, message, &packed);
+  });
+}
+
+std::string MavlinkWriter::VisionPosition(const deepuav::Odometry& odometry, uint64_t time_us) {
+  mavlink_vision_position_estimate_t packed = {};
+  packed.usec = time_us;
+  const Eigen::Vector3f position = odometry.local_from_body.translation().cast<float>();
+  packed.x = position.x(), packed.y = position.y(), packed.z = position.z();
+  const Eigen::Vector3f angles = EulerAngles(odometry.local_from_body.rotation()).cast<float>();
+  packed.roll = angles.x(), packed.pitch = angles.y(), packed.yaw = angles.z();
+  PackCovariance(odometry.pose_covariance, packed.covariance);
+  packed.reset_counter = odometry.reset_counter;
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_vision_position_estimate_encode_status(system_id_, kComponent, status, message,
+                                                       &packed);
+  });
+}
+
+std::string MavlinkWriter::Timesync(int64_t clock_ns, int64_t mark_ns) {
+  mavlink_timesync_t timesync = {};
+  timesync.tc1 = clock_ns;
+  timesync.ts1 = mark_ns;
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_timesync_encode_status(system_id_, kComponent, status, message, &timesync);
+  });
+}
+
+std::string MavlinkWriter::StatusText(std::string_view text, bool is_warning) {
+  mavlink_statustext_t packed = {};
+  packed.severity = is_warning ? MAV_SEVERITY_WARNING : MAV_SEVERITY_NOTICE;
+  text.copy(packed.text, sizeof(packed.text));
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_statustext_encode_status(system_id_, kComponent, status, message, &packed);
+  });
+}
+
+std::string MavlinkWriter::GlobalOrigin(const GeoPoint& origin, int target_system,
+                                        uint64_t time_us) {
+  constexpr double kDegreeParts = 1e7, kMillimetres = 1e3;
+  mavlink_set_gps_global_origin_t packed = {};
+  packed.latitude = static_cast<int32_t>(std::lround(kDegreeParts * origin.latitude_deg));
+  packed.longitude = static_cast<int32_t>(std::lround(kDegreeParts * origin.longitude_deg));
+  packed.altitude = static_cast<int32_t>(std::lround(kMillimetres * origin.altitude_m));
+  packed.target_system = static_cast<uint8_t>(target_system);
+  packed.time_usec = time_us;
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* message) {
+    mavlink_msg_set_gps_global_origin_encode_status(system_id_, kComponent, status, message,
+                                                    &packed);
+  });
+}
+
+namespace {
+
+void Tell(const mavlink_message_t& message, const MavlinkListener& listener) {
+  if (message.compid != MAV_COMP_ID_AUTOPILOT1) return;
+  switch (message.msgid) {
+    case MAVLINK_MSG_ID_HEARTBEAT:
+      if (mavlink_msg_heartbeat_get_autopilot(&message) != MAV_AUTOPILOT_INVALID)
+        listener.heartbeat(message.sysid);
+      break;
+    case MAVLINK_MSG_ID_TIMESYNC:
+      listener.timesync(mavlink_msg_timesync_get_tc1(&message),
+                        mavlink_msg_timesync_get_ts1(&message));
+      break;
+    case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+      listener.global_origin();
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
+void ReadMavlink(std::string_view datagram, const MavlinkListener& listener) {
+  mavlink_message_t incoming = {}, message = {};
+  mavlink_status_t status = {}, message_status = {};
+  int messages = 0;
+  for (const char byte : datagram) {
+    const uint8_t framing = mavlink_frame_char_buffer(
+        &incoming, &status, static_cast<uint8_t>(byte), &message, &message_status);
+    if (framing != MAVLINK_FRAMING_OK) continue;
+    if (++messages > kMostMessages) return;
+    Tell(message, listener);
+  }
+}
+
+}  // namespace deepuav

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "deepuav/autopilot/odometry_estimator.h"
+
+namespace deepuav {
+
+/// Makes MAVLink 2 messages, as bytes of one datagram each. Thread-compatible. Times: microseconds.
+class MavlinkWriter {
+ public:
+  explicit MavlinkWriter(int system_id) : system_id_(static_cast<uint8_t>(system_id)) {}
+
+  std::string Heartbeat(bool is_active);
+  /// Frames LOCAL_FRD and BODY_FRD.
+  std::string Odometry(const deepuav::Odometry& odometry, uint64_t time_us);
+  std::string VisionPosition(const deepuav::Odometry& odometry, uint64_t time_us);
+  /// A question: `clock_ns` is 0; an answer: the own clock and the question's mark.
+  std::string Timesync(int64_t clock_ns, int64_t mark_ns);
+  /// At most 50 letters of it. `is_warning`, else a notice.
+  std::string StatusText(std::string_view text, bool is_warning);
+  std::string GlobalOrigin(const GeoPoint& origin, int target_system, uint64_t time_us);
+
+ private:
+  template <typename Encode>
+  std::string Pack(Encode encode);
+
+  const uint8_t system_id_;
+  uint8_t sequence_ = 0;
+};
+
+/// What an autopilot says that concerns us.
+struct MavlinkListener {
+  std::function<void(int system_id)> heartbeat;  ///< Of an autopilot.
+  std::function<void(int64_t clock_ns, int64_t mark_ns)> timesync;
+  std::function<void()> global_origin;
+};
+
+/// Reads one datagram; whatever is no whole message with a right checksum is left aside.
+void ReadMavlink(std::string_view datagram, const MavlinkListener& listener);
+
+}  // namespace deepuav

@@ -1,0 +1,32 @@
+#include "deepuav/autopilot/steady_image_clock.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace deepuav {
+namespace {
+
+constexpr size_t kLatest = 60;
+constexpr int64_t kJump = 1'000'000'000;  // Nanoseconds: then it is another clock.
+
+}  // namespace
+
+int64_t SteadyNow() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void SteadyImageClock::Arrived(Timestamp time, int64_t arrival_ns) {
+  const int64_t offset_ns = arrival_ns - time.nanoseconds;
+  if (!offsets_ns_.empty() && std::abs(offset_ns - offsets_ns_.back()) > kJump) offsets_ns_.clear();
+  offsets_ns_.push_back(offset_ns);
+  if (offsets_ns_.size() > kLatest) offsets_ns_.pop_front();
+}
+
+std::optional<int64_t> SteadyImageClock::SteadyOf(Timestamp time) const {
+  if (offsets_ns_.empty()) return std::nullopt;
+  return time.nanoseconds + *std::min_element(offsets_ns_.begin(), offsets_ns_.end());
+}
+
+}  // namespace deepuav

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "deepuav/base/time.h"
+
+namespace deepuav {
+
+/// Nanoseconds of the machine's clock that never jumps.
+int64_t SteadyNow();
+
+/// What images' times are on the machine's clock: those that came fastest of the latest say it, as
+/// delays only ever add. Thread-compatible.
+class SteadyImageClock {
+ public:
+  void Arrived(Timestamp time, int64_t arrival_ns);
+  /// Nothing before the first image.
+  std::optional<int64_t> SteadyOf(Timestamp time) const;
+
+ private:
+  std::deque<int64_t> offsets_ns_;  ///< Of the latest images, from their times to their arrival's.
+};
+
+}  // namespace deepuav
