@@ -147,19 +147,33 @@ void SimulatedDataset::WriteTruthSensors() const {
 TruthRequest SimulatedDataset::RequestFor(int frame) const {
   TruthRequest request;
   request.depth = options_.output.depth;
+  request.moving = moving_masks_;
   if (options_.output.flow && frame + 1 < frame_count_)
     request.flow_to_time_s = FrameTime(frame + 1);
   return request;
 }
 
+void SimulatedDataset::AddMovingMasks() {
+  MakeFolder(mav0_ / "moving0" / "data");
+  WriteFileAtomically(
+      mav0_ / "moving0" / "sensor.yaml",
+      fmt::format("sensor_type: moving_mask\ncomment: truth, no mask of the camera: "
+                  "what each pixel of cam0 shows\nmoving: {}\n"
+                  "standing_in_moving_shadow: {}\nstanding: {}\n",
+                  int{kMoving}, int{kMovingShadow}, int{kStanding}));
+  moving_masks_ = true;
+}
+
 bool SimulatedDataset::WriteFrame(int frame) {
   const std::string name = FrameName(frame);
-  const TruthRequest request = RequestFor(frame);
+  TruthRequest request = RequestFor(frame);
   const fs::path image = mav0_ / "cam0" / "data" / (name + "." + options_.output.image_format);
   const fs::path depth = mav0_ / "depth0" / "data" / (name + ".png");
   const fs::path flow = mav0_ / "flow0" / "data" / (name + ".png");
-  if (IsThere(image) && (!request.depth || IsThere(depth)) &&
-      (!request.flow_to_time_s || IsThere(flow))) {
+  const fs::path moving = mav0_ / "moving0" / "data" / (name + ".png");
+  request.picture = !IsThere(image);
+  if (!request.picture && (!request.depth || IsThere(depth)) &&
+      (!request.moving || IsThere(moving)) && (!request.flow_to_time_s || IsThere(flow))) {
     return false;
   }
   const PathOfCamera path = [this](double time_s) {
@@ -169,8 +183,11 @@ bool SimulatedDataset::WriteFrame(int frame) {
   if (request.depth)
     WriteFileAtomically(depth, EncodeDepth(rendered.depth_m, options_.output.depth_unit_m));
   if (request.flow_to_time_s) WriteFileAtomically(flow, EncodeFlow(rendered.flow_px));
-  WriteFileAtomically(image, EncodeImage(rendered.image, options_.output.image_format,
-                                         options_.output.jpeg_quality));
+  if (request.moving) WriteFileAtomically(moving, EncodeMask(rendered.moving));
+  if (request.picture) {
+    WriteFileAtomically(image, EncodeImage(rendered.image, options_.output.image_format,
+                                           options_.output.jpeg_quality));
+  }
   return true;
 }
 
