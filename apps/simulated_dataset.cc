@@ -5,6 +5,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/io/euroc_writer.h"
+#include "deepuav/io/options_file.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/simulation/flight_plan.h"
 #include "deepuav/simulation/sensor_clock.h"
@@ -42,6 +43,20 @@ void MakeFolder(const fs::path& folder) {
   if (error) throw Error("{}: cannot be made: {}", folder.string(), error.message());
 }
 
+// A file of an earlier program may lack options: they stand at their defaults then.
+bool IsSameFlight(const fs::path& options_file, const std::string& options_yaml) {
+  if (ReadBytes(options_file, kMaxOptionsBytes) == options_yaml) return true;
+  SimulationOptions written;
+  OptionRegistry registry;
+  written.Register(&registry);
+  try {
+    LoadOptionsFile(options_file, &registry);
+  } catch (const Error&) {  // of a later program, or damaged
+    return false;
+  }
+  return OptionsAsYaml(registry) == options_yaml;
+}
+
 bool IsThere(const fs::path& file) {
   std::error_code error;
   return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0;
@@ -70,7 +85,8 @@ std::string SimulatedDataset::FrameName(int frame) const {
 
 void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
   const fs::path options_file = folder_ / "simulation.yaml";
-  if (fs::exists(options_file) && ReadBytes(options_file, kMaxOptionsBytes) != options_yaml) {
+  const bool goes_on = fs::exists(options_file);
+  if (goes_on && !IsSameFlight(options_file, options_yaml)) {
     throw Error(
         "{}: holds a flight of other options: expected the same ones, to go on with it, another "
         "folder, or this one removed",
@@ -82,7 +98,7 @@ void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
     if (name == "flow0" && !options_.output.flow) continue;
     MakeFolder(mav0_ / name / "data");
   }
-  WriteFileAtomically(options_file, options_yaml);
+  if (!goes_on) WriteFileAtomically(options_file, options_yaml);
   WriteImuAndBodyTruth();
   WriteCameraTruthFile();
   if (options_.gnss.present) {

@@ -156,6 +156,18 @@ class SimulateTest(unittest.TestCase):
         self.expect_failure(self.simulate(self.dataset, "--set", "course.height_m=50"), FAILURE, "other options")
         self.assertEqual(files_of(self.dataset), before)
 
+    def test_flight_written_before_an_option_came_goes_on(self):
+        out = self.folder / "older"
+        self.expect_success(self.simulate(out, "--frames", 1))
+        options = out / "simulation.yaml"
+        older = "".join(line for line in options.read_text().splitlines(keepends=True) if "lorry_fraction" not in line)
+        options.write_text(older)
+        self.expect_success(self.simulate(out, "--frames", 2))
+        self.assertEqual(options.read_text(), older)
+        self.expect_failure(self.simulate(out, "--set", "scene.lorry_fraction=0.5"), FAILURE, "other options")
+        options.write_text(older + "future: 1\n")
+        self.expect_failure(self.simulate(out), FAILURE, "other options")
+
     def test_written_options_are_a_flight(self):
         again = self.folder / "again"
         result = call("simulate", "--flight", self.dataset / "simulation.yaml", "--out", again)
