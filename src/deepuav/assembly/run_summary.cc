@@ -171,6 +171,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                   {"relocalisations", result.relocalisations},
                   {"closed_loops", result.closed_loops},
                   {"merged_maps", result.merged_maps},
+                  {"landmarks_set_aside", result.landmarks_set_aside},
                   {"wall_s", facts.wall_s},
                   {"start_up_s", facts.start_up_s},
                   {"peak_resident_mb", PeakResidentMb()},
