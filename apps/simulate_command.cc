@@ -28,6 +28,7 @@ struct SimulateArguments {
   int frames = -1;
   int threads = 0;
   double orthophoto_cell_m = 0;
+  bool moving_mask = false;
   bool list = false;
 };
 
@@ -75,6 +76,7 @@ void Simulate(const SimulateArguments& arguments) {
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);
   dataset.WriteSensors(OptionsAsYaml(registry));
+  if (arguments.moving_mask) dataset.AddMovingMasks();
   CatchSignals();
   const int frames = arguments.frames < 0 ? dataset.frame_count()
                                           : std::min(arguments.frames, dataset.frame_count());
@@ -111,6 +113,8 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
       .add_option("--orthophoto", arguments.orthophoto_cell_m,
                   "Write the true orthophoto and DSM below the flight, in cells of so many metres")
       ->check(NumberThat([](double value) { return value > 0; }, "a positive number"));
+  command.add_flag("--moving-mask", arguments.moving_mask,
+                   "Write which pixels show moving things, also beside frames that are there");
   command.add_flag("--list", arguments.list, "List the flights and scenes, and do nothing else");
   AddLogLevelArgument(command, arguments.log_level);
 }

@@ -5,6 +5,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/atomic_file.h"
 #include "deepuav/io/euroc_writer.h"
+#include "deepuav/io/options_file.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/simulation/flight_plan.h"
 #include "deepuav/simulation/sensor_clock.h"
@@ -42,6 +43,20 @@ void MakeFolder(const fs::path& folder) {
   if (error) throw Error("{}: cannot be made: {}", folder.string(), error.message());
 }
 
+// A file of an earlier program may lack options: they stand at their defaults then.
+bool IsSameFlight(const fs::path& options_file, const std::string& options_yaml) {
+  if (ReadBytes(options_file, kMaxOptionsBytes) == options_yaml) return true;
+  SimulationOptions written;
+  OptionRegistry registry;
+  written.Register(&registry);
+  try {
+    LoadOptionsFile(options_file, &registry);
+  } catch (const Error&) {  // of a later program, or damaged
+    return false;
+  }
+  return OptionsAsYaml(registry) == options_yaml;
+}
+
 bool IsThere(const fs::path& file) {
   std::error_code error;
   return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0;
@@ -70,7 +85,8 @@ std::string SimulatedDataset::FrameName(int frame) const {
 
 void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
   const fs::path options_file = folder_ / "simulation.yaml";
-  if (fs::exists(options_file) && ReadBytes(options_file, kMaxOptionsBytes) != options_yaml) {
+  const bool goes_on = fs::exists(options_file);
+  if (goes_on && !IsSameFlight(options_file, options_yaml)) {
     throw Error(
         "{}: holds a flight of other options: expected the same ones, to go on with it, another "
         "folder, or this one removed",
@@ -82,7 +98,7 @@ void SimulatedDataset::WriteSensors(const std::string& options_yaml) const {
     if (name == "flow0" && !options_.output.flow) continue;
     MakeFolder(mav0_ / name / "data");
   }
-  WriteFileAtomically(options_file, options_yaml);
+  if (!goes_on) WriteFileAtomically(options_file, options_yaml);
   WriteImuAndBodyTruth();
   WriteCameraTruthFile();
   if (options_.gnss.present) {
@@ -147,19 +163,33 @@ void SimulatedDataset::WriteTruthSensors() const {
 TruthRequest SimulatedDataset::RequestFor(int frame) const {
   TruthRequest request;
   request.depth = options_.output.depth;
+  request.moving = moving_masks_;
   if (options_.output.flow && frame + 1 < frame_count_)
     request.flow_to_time_s = FrameTime(frame + 1);
   return request;
 }
 
+void SimulatedDataset::AddMovingMasks() {
+  MakeFolder(mav0_ / "moving0" / "data");
+  WriteFileAtomically(
+      mav0_ / "moving0" / "sensor.yaml",
+      fmt::format("sensor_type: moving_mask\ncomment: truth, no mask of the camera: "
+                  "what each pixel of cam0 shows\nmoving: {}\n"
+                  "standing_in_moving_shadow: {}\nstanding: {}\n",
+                  int{kMoving}, int{kMovingShadow}, int{kStanding}));
+  moving_masks_ = true;
+}
+
 bool SimulatedDataset::WriteFrame(int frame) {
   const std::string name = FrameName(frame);
-  const TruthRequest request = RequestFor(frame);
+  TruthRequest request = RequestFor(frame);
   const fs::path image = mav0_ / "cam0" / "data" / (name + "." + options_.output.image_format);
   const fs::path depth = mav0_ / "depth0" / "data" / (name + ".png");
   const fs::path flow = mav0_ / "flow0" / "data" / (name + ".png");
-  if (IsThere(image) && (!request.depth || IsThere(depth)) &&
-      (!request.flow_to_time_s || IsThere(flow))) {
+  const fs::path moving = mav0_ / "moving0" / "data" / (name + ".png");
+  request.picture = !IsThere(image);
+  if (!request.picture && (!request.depth || IsThere(depth)) &&
+      (!request.moving || IsThere(moving)) && (!request.flow_to_time_s || IsThere(flow))) {
     return false;
   }
   const PathOfCamera path = [this](double time_s) {
@@ -169,8 +199,11 @@ bool SimulatedDataset::WriteFrame(int frame) {
   if (request.depth)
     WriteFileAtomically(depth, EncodeDepth(rendered.depth_m, options_.output.depth_unit_m));
   if (request.flow_to_time_s) WriteFileAtomically(flow, EncodeFlow(rendered.flow_px));
-  WriteFileAtomically(image, EncodeImage(rendered.image, options_.output.image_format,
-                                         options_.output.jpeg_quality));
+  if (request.moving) WriteFileAtomically(moving, EncodeMask(rendered.moving));
+  if (request.picture) {
+    WriteFileAtomically(image, EncodeImage(rendered.image, options_.output.image_format,
+                                           options_.output.jpeg_quality));
+  }
   return true;
 }
 

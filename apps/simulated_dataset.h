@@ -28,6 +28,10 @@ class SimulatedDataset {
   /// Error where the folder holds another flight, or files cannot be written.
   void WriteSensors(const std::string& options_yaml) const;
 
+  /// From now on frames come with masks of what moves in them, also frames that are there already.
+  /// Throws Error where they cannot be written.
+  void AddMovingMasks();
+
   /// Renders and writes a frame with what else was asked for. False where it was there.
   bool WriteFrame(int frame);
 
@@ -53,6 +57,7 @@ class SimulatedDataset {
   const World world_;
   const std::unique_ptr<FlightPath> path_;
   Renderer renderer_;
+  bool moving_masks_ = false;
   double duration_s_ = 0;
   int frame_count_ = 0;
 };

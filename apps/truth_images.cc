@@ -39,6 +39,8 @@ std::string EncodeDepth(const cv::Mat1f& depth_m, double unit_m) {
   return Encode(units, ".png");
 }
 
+std::string EncodeMask(const cv::Mat1b& mask) { return Encode(mask, ".png"); }
+
 std::string EncodeFlow(const cv::Mat2f& flow_px) {
   cv::Mat3w encoded(flow_px.size(), cv::Vec3w(0, 0, 0));  // OpenCV's order: blue, green, red
   for (int y = 0; y < encoded.rows; ++y) {

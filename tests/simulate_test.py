@@ -156,6 +156,18 @@ class SimulateTest(unittest.TestCase):
         self.expect_failure(self.simulate(self.dataset, "--set", "course.height_m=50"), FAILURE, "other options")
         self.assertEqual(files_of(self.dataset), before)
 
+    def test_flight_written_before_an_option_came_goes_on(self):
+        out = self.folder / "older"
+        self.expect_success(self.simulate(out, "--frames", 1))
+        options = out / "simulation.yaml"
+        older = "".join(line for line in options.read_text().splitlines(keepends=True) if "lorry_fraction" not in line)
+        options.write_text(older)
+        self.expect_success(self.simulate(out, "--frames", 2))
+        self.assertEqual(options.read_text(), older)
+        self.expect_failure(self.simulate(out, "--set", "scene.lorry_fraction=0.5"), FAILURE, "other options")
+        options.write_text(older + "future: 1\n")
+        self.expect_failure(self.simulate(out), FAILURE, "other options")
+
     def test_written_options_are_a_flight(self):
         again = self.folder / "again"
         result = call("simulate", "--flight", self.dataset / "simulation.yaml", "--out", again)
@@ -185,6 +197,23 @@ class SimulateTest(unittest.TestCase):
             self.assertEqual(len(images), 2, sensor)
             self.assertEqual({png_format(image) for image in images}, {kind}, sensor)
         self.assertIn("depth_unit_m: 0.01", (out / "mav0/depth0/sensor.yaml").read_text())
+
+    def test_moving_masks_come_beside_unchanged_images(self):
+        out, cars = self.folder / "moving", ["--set", "scene.cars_per_km=300", "--set", "output.image_format=png"]
+        self.expect_success(self.simulate(out, "--frames", 2, *cars))
+        before = files_of(out)
+        kept = {image: image.stat().st_mtime_ns for image in (out / "mav0/cam0/data").iterdir()}
+        self.expect_success(self.simulate(out, "--frames", 2, "--moving-mask", *cars))
+        after = files_of(out)
+        masks = {name: after.pop(name) for name in list(after) if name.startswith("mav0/moving0/")}
+        self.assertEqual(after, before)
+        self.assertEqual({image: image.stat().st_mtime_ns for image in kept}, kept)
+        self.assertIn("moving: 255", masks.pop("mav0/moving0/sensor.yaml").decode())
+        self.assertEqual({Path(name).name for name in masks}, {image.name for image in kept})
+        self.assertEqual({png_format(out / name) for name in masks}, {(96, 64, 8, 0)})
+        at_once = self.folder / "moving_at_once"
+        self.expect_success(self.simulate(at_once, "--frames", 2, "--moving-mask", *cars))
+        self.assertEqual(files_of(at_once), files_of(out))
 
     def test_signal_ends_it_and_it_goes_on(self):
         out = self.folder / "signal"

@@ -141,15 +141,28 @@ void JudgeDistances(const TwoViewProblem& problem, TwoViewSolution* solution) {
       static_cast<int>(std::count(solution->certain.begin(), solution->certain.end(), 1));
 }
 
-bool HasParallax(const TwoViewProblem& problem, const TwoViewSolution& solution) {
-  return solution.median_parallax_deg >= problem.options.min_parallax_deg &&
-         solution.certain_count >= problem.options.min_certain;
-}
-
 double ParallaxDeg(const TwoViewSolution& solution, size_t pair) {
   const Eigen::Vector3d center_b = solution.b_from_a.InverseTranslation();
   return ParallaxAngle(Eigen::Vector3d::Zero(), center_b, solution.points_a[pair]) /
          kRadiansPerDegree;
+}
+
+/// Cars that drive past a camera that hovers show the motion of one among far things: what stands
+/// about them shows no parallax then, and not all that moves fits.
+bool MayBeOfMovingThings(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  const auto pairs = static_cast<double>(problem.pairs.size());
+  if (solution.valid_count >= problem.options.min_undisputed_ratio * pairs) return false;
+  int moved = 0;
+  for (size_t i = 0; i < problem.pairs.size(); ++i) {
+    moved += solution.valid[i] && ParallaxDeg(solution, i) * kRadiansPerDegree > NoiseRad(problem);
+  }
+  return moved < problem.options.min_moved_ratio * solution.valid_count;
+}
+
+bool HasParallax(const TwoViewProblem& problem, const TwoViewSolution& solution) {
+  return solution.median_parallax_deg >= problem.options.min_parallax_deg &&
+         solution.certain_count >= problem.options.min_certain &&
+         !MayBeOfMovingThings(problem, solution);
 }
 
 /// Maximum-likelihood pose and points from the valid pairs up to a parallax; the baseline is
@@ -263,6 +276,8 @@ void TwoViewOptions::Check() const {
   CheckRange("min_parallax_deg", min_parallax_deg, 0, 90);
   CheckPositive("max_distance_sigma", max_distance_sigma, 100);
   CheckRange("min_certain", min_certain, 0, 100'000);
+  CheckRange("min_undisputed_ratio", min_undisputed_ratio, 0, 1);
+  CheckRange("min_moved_ratio", min_moved_ratio, 0, 1);
   CheckPositive("min_sigma_px", min_sigma_px, 100);
   CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
               "above 0.5 and at most 1");

@@ -23,6 +23,10 @@ struct TwoViewOptions {
   double max_distance_sigma =
       0.1;              ///< Standard deviation of a certain point's distance over the distance.
   int min_certain = 0;  ///< Such points, fewer than which are no solution.
+  /// Where less than this share of the pairs is valid, the rest may be what stands, and the valid
+  /// what moves before a camera that holds still...
+  double min_undisputed_ratio = 0;
+  double min_moved_ratio = 0;  ///< ...unless this share of the valid points shows parallax.
   double min_sigma_px =
       0.3;  ///< Of the pixels, where the residuals, from which it follows, are smaller.
   double min_front_ratio =
@@ -44,6 +48,10 @@ struct TwoViewOptions {
     visit("max_distance_sigma", max_distance_sigma, "",
           "standard deviation of a certain point's distance over the distance, at most");
     visit("min_certain", min_certain, "", "certain points of a two-view solution, at least");
+    visit("min_undisputed_ratio", min_undisputed_ratio, "",
+          "valid points over pairs, below which things that move are reckoned with");
+    visit("min_moved_ratio", min_moved_ratio, "",
+          "share of the valid points that must show parallax then");
     visit("min_sigma_px", min_sigma_px, "px",
           "standard deviation of pixels, where the residuals are smaller");
     visit("min_front_ratio", min_front_ratio, "",

@@ -290,6 +290,38 @@ TEST(EstimateTwoView, NothingFromTooFewUnrelatedOrBadPairs) {
   EXPECT_THROW(EstimateTwoView(world.pinhole, seen.pairs, 3, options), Error);
 }
 
+/// What a camera sees that moves by `b_from_a` (300 points), things that drive past it all alike
+/// (200), and others that do not (15 %).
+std::vector<PixelPair> PairsAmongMovingThings(const SE3& b_from_a) {
+  Random random(21);
+  const SE3 past(RotationExp({0, 0, 0}), Eigen::Vector3d(0.8, 0, 0.2));
+  std::vector<PixelPair> pairs =
+      ObservePairs(BoxWorld(22, 300), SE3(), b_from_a, {0.3, 0.15}, &random).pairs;
+  const SyntheticWorld things = BoxWorld(23, 200);
+  for (const PixelPair& pair :
+       ObservePairs(things, SE3(), b_from_a * past, {0.3, 0.15}, &random).pairs)
+    pairs.push_back(pair);
+  return pairs;
+}
+
+TEST(EstimateTwoView, WhatDrivesPastACameraThatHoldsStillIsNoScene) {
+  const Pinhole pinhole = BoxWorld(22, 300).pinhole;
+  TwoViewOptions options;
+  options.min_parallax_deg = 0;
+  options.min_certain = 60;
+  options.min_homography_share = 0.9;  // of a turn alone, which the essential matrix explains too
+  const std::vector<PixelPair> held_still =
+      PairsAmongMovingThings(SE3(RotationExp({0, 0.01, 0}), Eigen::Vector3d::Zero()));
+  ASSERT_TRUE(EstimateTwoView(pinhole, held_still, 3, options));  // of the things
+  options.min_undisputed_ratio = 0.9;
+  options.min_moved_ratio = 0.7;
+  EXPECT_FALSE(EstimateTwoView(pinhole, held_still, 3, options));
+  const SE3 flown(RotationExp({0, 0.01, 0}), Eigen::Vector3d(0.1, 0.5, 0.05));
+  const auto result = EstimateTwoView(pinhole, PairsAmongMovingThings(flown), 3, options);
+  ASSERT_TRUE(result);
+  EXPECT_LT(BestErrorDeg(*result, flown), 2);
+}
+
 TEST(EstimateTwoView, TheSeedAloneDecidesTheSamples) {
   Random random(19);
   SyntheticWorld world;

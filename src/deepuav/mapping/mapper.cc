@@ -26,6 +26,7 @@ void MappingOptions::Check() const {
   local_map.Check();
   creation.Check();
   fusion.Check();
+  moving.Check();
   lens.Check();
   local_bundle.Check();
   global_bundle.Check();
@@ -249,6 +250,12 @@ void Mapper::FuseAll(Map* map, const std::function<bool()>& stop) const {
     if (stop && stop()) return;
     FuseDuplicates(map, keyframe, camera_, options_.fusion, observer_);
   }
+}
+
+void Mapper::SetAsideMoving(MapId map) {
+  if (!options_.moving.set_aside) return;
+  const StageScope stage(stages_, "set aside what moves");
+  set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving);
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool()>& stop) const {

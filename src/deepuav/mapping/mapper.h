@@ -17,6 +17,7 @@
 #include "deepuav/mapping/landmark_creation.h"
 #include "deepuav/mapping/lens_search.h"
 #include "deepuav/mapping/map_factors.h"
+#include "deepuav/mapping/moving_landmarks.h"
 #include "deepuav/mapping/patch_observation.h"
 
 namespace deepuav {
@@ -37,6 +38,7 @@ struct MappingOptions {
   LocalMapOptions local_map;
   CreationOptions creation;
   FusionOptions fusion;
+  MovingLandmarkOptions moving;
   bool fuse_at_end = true;  ///< Landmarks with all neighbours, before the last adjustment.
   double min_start_ratio =
       0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
@@ -113,6 +115,11 @@ class Mapper {
   /// Gives a map's world another meaning: moves all of it.
   void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
 
+  /// Removes what seems to lie on things that move, once nothing is adjusted to it any more.
+  void SetAsideMoving(MapId map);
+  /// How many landmarks that were.
+  int64_t set_aside() const { return set_aside_; }
+
  private:
   struct YoungLandmark {
     LandmarkId id;
@@ -138,6 +145,7 @@ class Mapper {
   StageListener* stages_;
   Matcher* learned_;
   PatchObserver observer_;
+  int64_t set_aside_ = 0;
   std::map<MapId, std::vector<YoungLandmark>> young_;  ///< By the map that they were created in.
 };
 

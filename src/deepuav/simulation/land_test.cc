@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
@@ -218,6 +220,49 @@ TEST(Traffic, KeepsToItsLaneAndSpeed) {
     ASSERT_NE(place.road, nullptr);
     EXPECT_GT(from(2, 2), 0.8);
   }
+}
+
+TEST(Traffic, SlowsDownStandsAndDrivesOn) {
+  SceneOptions options = SmallVillage();
+  const Land land(options);
+  const Traffic flowing(options, land.roads, land.terrain);
+  options.traffic_stop_s = 10;
+  options.traffic_stands_s = 5;
+  const Traffic stopping(options, land.roads, land.terrain);
+  const auto moved = [&](const Traffic& traffic, size_t mover, double from_s, double to_s) {
+    const auto position = [&](double time_s) -> Eigen::Vector3f {
+      return traffic.PlacementAt(traffic.movers()[mover], time_s).col(3);
+    };
+    return static_cast<double>((position(to_s) - position(from_s)).norm());
+  };
+  ASSERT_EQ(flowing.movers().size(), stopping.movers().size());
+  int compared = 0;
+  for (size_t i = 0; i < flowing.movers().size(); ++i) {
+    EXPECT_LT(moved(stopping, i, 10, 15), 1e-4);
+    const Traffic::Mover& mover = stopping.movers()[i];
+    if (stopping.Jumps(mover, 0, 30) || flowing.Jumps(mover, 0, 30)) continue;
+    ++compared;
+    EXPECT_LT((stopping.PlacementAt(mover, 6) - flowing.PlacementAt(mover, 6)).norm(), 1e-4);
+    // Eight seconds are lost: five of standing, three by braking and starting.
+    EXPECT_LT((stopping.PlacementAt(mover, 30) - flowing.PlacementAt(mover, 22)).norm(), 1e-3);
+  }
+  EXPECT_GT(compared, 3);
+}
+
+TEST(Traffic, LorriesTakeThePlaceOfCars) {
+  SceneOptions options = SmallVillage();
+  const Land land(options);
+  const Traffic cars(options, land.roads, land.terrain);
+  options.lorry_fraction = 1;
+  options.people_per_km = 0;
+  const Traffic lorries(options, land.roads, land.terrain);
+  ASSERT_GT(lorries.movers().size(), 2u);
+  std::set<int> kinds;
+  for (const Traffic::Mover& mover : lorries.movers()) kinds.insert(mover.prototype);
+  EXPECT_EQ(kinds.size(), 1u);
+  EXPECT_GT(std::count_if(cars.movers().begin(), cars.movers().end(),
+                          [&](const Traffic::Mover& m) { return !kinds.contains(m.prototype); }),
+            2);
 }
 
 TEST(Traffic, OnOneLaneDoesNotCollide) {

@@ -99,47 +99,78 @@ SurfacePoint LightTracer::PointAt(const RayPacket& packet, int lane) const {
   return point;
 }
 
-void LightTracer::FindShadows(const RayPacket& packet, std::array<Lit, kSize>* points) const {
-  alignas(32) RTCRay8 shadow{};
-  alignas(32) std::array<int, kSize> wanted{};
-  const Vector3f& sun = sky_.sun_direction();
+// Rays towards the sun, of the lanes that are wanted.
+struct LightTracer::ShadowRays {
+  alignas(32) RTCRay8 rays{};
+  alignas(32) std::array<int, kSize> wanted{};  // -1 or 0, as Embree has it.
   bool any = false;
+
+  // From a point that the viewer sees `distance` away, on the viewer's side of its face.
+  void Set(int lane, const Vector3f& position, const Vector3f& face_normal, float distance,
+           const Vector3f& sun, float ray_time) {
+    wanted[static_cast<size_t>(lane)] = -1;
+    any = true;
+    const float lift = 0.004f + 2e-4f * distance;
+    const Vector3f origin = position + lift * face_normal;
+    rays.org_x[lane] = origin.x();
+    rays.org_y[lane] = origin.y();
+    rays.org_z[lane] = origin.z();
+    rays.dir_x[lane] = sun.x();
+    rays.dir_y[lane] = sun.y();
+    rays.dir_z[lane] = sun.z();
+    rays.tnear[lane] = 0;
+    rays.tfar[lane] = kFarM;
+    rays.time[lane] = ray_time;
+    rays.mask[lane] = ~0u;
+    rays.id[lane] = 0;
+    rays.flags[lane] = 0;
+  }
+
+  // Calls `shade` with the wanted lanes that the scene shades, which are wanted no longer.
+  template <typename Shade>
+  void Trace(RTCScene scene, const Shade& shade) {
+    RTCIntersectContext context = CoherentContext();
+    rtcOccluded8(wanted.data(), scene, &context, &rays);
+    for (int i = 0; i < kSize; ++i) {
+      if (wanted[static_cast<size_t>(i)] == 0 || rays.tfar[i] >= 0) continue;
+      shade(static_cast<size_t>(i));
+      wanted[static_cast<size_t>(i)] = 0;
+    }
+  }
+};
+
+void LightTracer::FindShadows(const RayPacket& packet, std::array<Lit, kSize>* points) const {
+  ShadowRays shadow;
   for (int i = 0; i < kSize; ++i) {
     const Lit& lit = (*points)[static_cast<size_t>(i)];
     if (lit.sun_cosine <= 0) continue;
-    wanted[static_cast<size_t>(i)] = -1;
-    any = true;
-    const float lift = 0.004f + 2e-4f * lit.distance;
-    const Vector3f origin = lit.position + lift * lit.face_normal;
-    shadow.org_x[i] = origin.x();
-    shadow.org_y[i] = origin.y();
-    shadow.org_z[i] = origin.z();
-    shadow.dir_x[i] = sun.x();
-    shadow.dir_y[i] = sun.y();
-    shadow.dir_z[i] = sun.z();
-    shadow.tnear[i] = 0;
-    shadow.tfar[i] = kFarM;
-    shadow.time[i] = packet.rays.ray.time[i];
-    shadow.mask[i] = ~0u;
-    shadow.id[i] = 0;
-    shadow.flags[i] = 0;
+    shadow.Set(i, lit.position, lit.face_normal, lit.distance, sky_.sun_direction(),
+               packet.rays.ray.time[i]);
   }
-  if (!any) return;
-  RTCIntersectContext context = CoherentContext();
-  rtcOccluded8(wanted.data(), world_.static_scene(), &context, &shadow);
-  if (moving_ != nullptr && moving_->scene() != nullptr) {
-    for (int i = 0; i < kSize; ++i) {
-      if (wanted[static_cast<size_t>(i)] == 0 || shadow.tfar[i] >= 0) continue;
-      (*points)[static_cast<size_t>(i)].sun_cosine = 0;
-      wanted[static_cast<size_t>(i)] = 0;
-    }
-    rtcOccluded8(wanted.data(), moving_->scene(), &context, &shadow);
-  }
+  if (!shadow.any) return;
+  const auto shade = [&](size_t lane) { (*points)[lane].sun_cosine = 0; };
+  shadow.Trace(world_.static_scene(), shade);
+  if (moving_ != nullptr && moving_->scene() != nullptr) shadow.Trace(moving_->scene(), shade);
+}
+
+std::array<bool, kSize> LightTracer::InMovingShadow(const RayPacket& packet) const {
+  std::array<bool, kSize> shaded{};
+  if (sky_.sun() <= 0 || moving_ == nullptr || moving_->scene() == nullptr) return shaded;
+  ShadowRays shadow;
   for (int i = 0; i < kSize; ++i) {
-    if (wanted[static_cast<size_t>(i)] != 0 && shadow.tfar[i] < 0) {
-      (*points)[static_cast<size_t>(i)].sun_cosine = 0;
-    }
+    if (!packet.Hits(i) || packet.moving[static_cast<size_t>(i)]) continue;
+    const SurfacePoint point = PointAt(packet, i);
+    const Vector3f direction = packet.Direction(i);
+    const Vector3f& normal = point.geometric_normal;
+    const Vector3f face_normal = direction.dot(normal) > 0 ? Vector3f(-normal) : normal;
+    if (face_normal.dot(sky_.sun_direction()) <= 0) continue;
+    shadow.Set(i, point.position, face_normal, packet.Depth(i) * direction.norm(),
+               sky_.sun_direction(), packet.rays.ray.time[i]);
   }
+  if (!shadow.any) return shaded;
+  shadow.Trace(world_.static_scene(), [](size_t) {});
+  shadow.Trace(moving_->scene(), [&](size_t lane) { shaded[lane] = true; });
+  return shaded;
 }
 
 std::array<float, kSize> LightTracer::Radiance(RayPacket* packet, float pixel_size) const {

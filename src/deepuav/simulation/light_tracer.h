@@ -42,12 +42,16 @@ class LightTracer {
   /// The point that a lane hits, after Intersect.
   SurfacePoint PointAt(const RayPacket& packet, int lane) const;
 
+  /// After Intersect: which lanes hit something standing that the sun would reach but for a mover.
+  std::array<bool, RayPacket::kSize> InMovingShadow(const RayPacket& packet) const;
+
   /// Intersects and returns the radiance each ray brings; 0 for rays that are not valid. A pixel is
   /// `pixel_size` wide at depth 1.
   std::array<float, RayPacket::kSize> Radiance(RayPacket* packet, float pixel_size) const;
 
  private:
   struct Lit;
+  struct ShadowRays;
   void FindShadows(const RayPacket& packet, std::array<Lit, RayPacket::kSize>* points) const;
 
   const WorldGeometry& world_;

@@ -105,16 +105,21 @@ class Renderer::Impl {
     const bool instant =
         options_.sensor.samples == 1 && options_.sensor.rolling_shutter_readout_s == 0;
     moving_.SetInterval(instant ? time_s : start_s, instant ? time_s : end_s);
-
-    const bool blind = options_.sensor.IsBlindAt(time_s);
-    rendered.image = sensor_.Develop(blind ? cv::Mat1f::zeros(camera_.height, camera_.width)
-                                           : TraceLight(path, time_s, setting.duration_s),
-                                     setting, frame_index);
-    if (truth.depth || truth.flow_to_time_s) FindTruth(path, time_s, truth, &rendered);
+    if (truth.picture) rendered.image = TakePicture(path, time_s, frame_index, setting);
+    if (truth.depth || truth.moving || truth.flow_to_time_s)
+      FindTruth(path, time_s, truth, &rendered);
     return rendered;
   }
 
  private:
+  GreyImage TakePicture(const PathOfCamera& path, double time_s, int frame_index,
+                        const ExposureSetting& setting) {
+    cv::Mat1f radiance = options_.sensor.IsBlindAt(time_s)
+                             ? cv::Mat1f::zeros(camera_.height, camera_.width)
+                             : TraceLight(path, time_s, setting.duration_s);
+    return sensor_.Develop(std::move(radiance), setting, frame_index);
+  }
+
   cv::Mat1f TraceLight(const PathOfCamera& path, double time_s, double duration_s) {
     cv::Mat1f radiance(camera_.height, camera_.width);
     const LightTracer tracer(world_, sky_, &moving_);
@@ -224,6 +229,7 @@ class Renderer::Impl {
     const bool global = options_.sensor.rolling_shutter_readout_s == 0;
     std::optional<RowwiseProjection> other;
     if (truth.depth) rendered->depth_m = cv::Mat1f::zeros(size);
+    if (truth.moving) rendered->moving = cv::Mat1b(size, kStanding);
     if (truth.flow_to_time_s) {
       const float nan = std::numeric_limits<float>::quiet_NaN();
       rendered->flow_px = cv::Mat2f(size, cv::Vec2f(nan, nan));
@@ -239,6 +245,7 @@ class Renderer::Impl {
           RayPacket packet;
           FillPacket(view, x, y, Vector2f::Zero(), &packet);
           tracer.Intersect(&packet);
+          if (truth.moving) MarkMoving(tracer, packet, x, y, &rendered->moving);
           ForLanes(x, y, [&](int lane, int column, int row) {
             if (!packet.Hits(lane)) return;
             if (truth.depth) rendered->depth_m(row, column) = packet.Depth(lane);
@@ -252,6 +259,17 @@ class Renderer::Impl {
           });
         }
       }
+    });
+  }
+
+  // The tile at (x, y), whose rays have met what they meet.
+  void MarkMoving(const LightTracer& tracer, const RayPacket& packet, int x, int y,
+                  cv::Mat1b* moving) const {
+    const std::array<bool, kLanes> shaded = tracer.InMovingShadow(packet);
+    ForLanes(x, y, [&](int lane, int column, int row) {
+      const auto i = static_cast<size_t>(lane);
+      if (packet.Hits(lane) && packet.moving[i]) (*moving)(row, column) = kMoving;
+      if (shaded[i]) (*moving)(row, column) = kMovingShadow;
     });
   }
 

@@ -28,10 +28,19 @@ struct Exposure {
 struct TruthRequest {
   bool depth = false;
   std::optional<double> flow_to_time_s;  ///< Time of the picture to which the optical flow leads.
+  bool moving = false;                   ///< Which pixels show moving things.
+  bool picture = true;  ///< The picture itself; without it the truth alone is rendered.
+};
+
+/// What a pixel of Rendered::moving shows.
+enum MovingLevel : uint8_t {
+  kStanding = 0,
+  kMovingShadow = 128,  ///< Something standing, in the shadow of something that moves.
+  kMoving = 255,
 };
 
 struct Rendered {
-  GreyImage image;
+  GreyImage image;  ///< Empty unless asked for.
   Exposure exposure;
   /// Depth along the optical axis, metres, of the pixel's centre at the middle of its row's
   /// exposure; 0 where there is the sky. Empty unless asked for.
@@ -41,6 +50,8 @@ struct Rendered {
   /// lens model's range or the sky. Nothing is said of occlusion: compare depths. Empty unless
   /// asked for.
   cv::Mat2f flow_px;
+  /// MovingLevel of the pixel's centre at the middle of its row's exposure. Empty unless asked for.
+  cv::Mat1b moving;
 };
 
 /// Renders pictures of a world. Render is a function of its arguments alone: pictures may be made

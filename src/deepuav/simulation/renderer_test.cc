@@ -226,6 +226,38 @@ TEST(Renderer, FlowOfMovingThingsLeadsThereAndBack) {
   EXPECT_GT(back, 0.7 * moving);
 }
 
+TEST(Renderer, MarksWhatMovesAndItsShadow) {
+  const Camera camera = TestCamera(LensModel::kPinhole);
+  constexpr double kFrom = 2, kTo = 2.1;
+  Renderer renderer(SmallWorld(), camera, RenderOptions());
+  const Rendered rendered = renderer.Render(Still, kFrom, 0, {true, kTo, true, false});
+  EXPECT_TRUE(rendered.image.empty());
+  const Rendered empty_road = [&] {
+    SceneOptions scene = SmallScene();
+    scene.cars_per_km = scene.people_per_km = 0;
+    const World world(scene);
+    return Renderer(world, camera, RenderOptions()).Render(Still, kFrom, 0, {true, {}, true});
+  }();
+  EXPECT_EQ(cv::countNonZero(empty_road.moving), 0);
+  // From a camera that holds still only what moves flows, and only what moves hides the road.
+  const cv::Mat1b things = rendered.moving == kMoving;
+  const cv::Mat1b nearer = rendered.depth_m < empty_road.depth_m;
+  EXPECT_GT(cv::countNonZero(things), 30);
+  EXPECT_EQ(cv::countNonZero(nearer & ~things), 0);
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const cv::Vec2f flow = rendered.flow_px(y, x);
+      if (std::isnan(flow[0]) || cv::norm(flow) < 0.5) continue;
+      EXPECT_EQ(rendered.moving(y, x), kMoving);
+    }
+  }
+  // Shadows are darker than the same ground of the empty road.
+  const Rendered picture = renderer.Render(Still, kFrom, 0);
+  const cv::Mat1b shadows = rendered.moving == kMovingShadow;
+  ASSERT_GT(cv::countNonZero(shadows), 10);
+  EXPECT_LT(cv::mean(picture.image, shadows)[0], 0.9 * cv::mean(empty_road.image, shadows)[0]);
+}
+
 TEST(Renderer, DoesNotDependOnThreadsOrOrder) {
   const Camera camera = TestCamera(LensModel::kRadialTangential);
   RenderOptions options;

@@ -157,6 +157,10 @@ void SceneOptions::Check() const {
   CheckRange("scene.lake_radius_m", lake_radius_m, 0, kFarthestM);
   CheckRange("scene.cars_per_km", cars_per_km, 0, 1000);
   CheckRange("scene.people_per_km", people_per_km, 0, 1000);
+  share("scene.lorry_fraction", lorry_fraction);
+  CheckRange("scene.traffic_speed_factor", traffic_speed_factor, 0, 10);
+  CheckRange("scene.traffic_stop_s", traffic_stop_s, -100'000, 100'000);
+  CheckRange("scene.traffic_stands_s", traffic_stands_s, 0, 100'000);
   CheckRange("scene.orthophoto_cell_m", orthophoto_cell_m, 0.001, 1000);
   CheckRange("scene.dem_cell_m", dem_cell_m, 0.001, 1000);
   CheckRange("scene.dem_unit_m", dem_unit_m, 1e-6, 1000);

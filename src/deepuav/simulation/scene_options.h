@@ -25,7 +25,11 @@ struct SceneOptions {
   double lake_radius_m = 70;     ///< 0: none.
   double cars_per_km = 12;
   double people_per_km = 8;
-  std::string orthophoto;  ///< Image file laid over the terrain; "" : procedural.
+  double lorry_fraction = 0;        ///< Share of the cars made lorries, beside one in seven.
+  double traffic_speed_factor = 1;  ///< Of cars, lorries and people.
+  double traffic_stop_s = 0;        ///< When all traffic has stopped for a while.
+  double traffic_stands_s = 0;      ///< How long it stands then; 0: it never stops.
+  std::string orthophoto;           ///< Image file laid over the terrain; "" : procedural.
   double orthophoto_cell_m = 0.2;
   std::string dem;  ///< Image file (8 or 16 bit, or float) of heights; "" : procedural.
   double dem_cell_m = 5;
@@ -53,6 +57,10 @@ struct SceneOptions {
     visit("lake_radius_m", lake_radius_m, "m", "radius of the lake, 0 for none");
     visit("cars_per_km", cars_per_km, "1/km", "cars on each kilometre of road");
     visit("people_per_km", people_per_km, "1/km", "people on each kilometre of road");
+    visit("lorry_fraction", lorry_fraction, "", "share of cars made lorries, beside one in seven");
+    visit("traffic_speed_factor", traffic_speed_factor, "", "of cars, lorries and people");
+    visit("traffic_stop_s", traffic_stop_s, "s", "when all traffic has stopped for a while");
+    visit("traffic_stands_s", traffic_stands_s, "s", "how long it stands then, 0 for never");
     visit("orthophoto", orthophoto, "", "image file laid over the terrain");
     visit("orthophoto_cell_m", orthophoto_cell_m, "m", "ground size of its pixels");
     visit("dem", dem, "", "image file of terrain heights");

@@ -16,6 +16,7 @@ using Eigen::Vector3f;
 
 // The prototypes' order.
 constexpr int kCars = 3, kLorry = 3, kPerson = 4;
+constexpr double kStoppingS = 3;
 constexpr double kCarSlotM = 9, kPersonSlotM = 3;
 
 struct CarShape {
@@ -83,6 +84,12 @@ FaceMesh MakePerson() {
   return mesh;
 }
 
+// Time that is lost by slowing down evenly to nothing, `since_s` after the brakes.
+double SlowedBy(double since_s) {
+  if (since_s <= 0) return 0;
+  return since_s < kStoppingS ? since_s * since_s / (2 * kStoppingS) : since_s - kStoppingS / 2;
+}
+
 double SpeedOf(RoadClass road_class) {
   switch (road_class) {
     case RoadClass::kTrack:
@@ -108,24 +115,29 @@ std::pair<Vector2d, Vector2d> PointOnRoad(const Road& road, double along_m) {
 }  // namespace
 
 Traffic::Traffic(const SceneOptions& options, const RoadNetwork& roads, const Terrain& terrain)
-    : roads_(roads), terrain_(terrain) {
+    : roads_(roads),
+      terrain_(terrain),
+      stop_s_(options.traffic_stop_s),
+      stands_s_(options.traffic_stands_s) {
   Random random(HashCell(options.seed, 6, 0x74affu));
   for (size_t r = 0; r < roads.roads().size(); ++r) {
     const Road& road = roads.roads()[r];
     const double busy = road.road_class == RoadClass::kTrack ? 0.1 : 1;
     for (const double direction : {1.0, -1.0}) {
       // All on one lane keep its speed, in slots, so that none runs into another.
-      const double speed = direction * SpeedOf(road.road_class) * random.Uniform(0.85, 1.15);
+      const double speed = options.traffic_speed_factor * direction * SpeedOf(road.road_class) *
+                           random.Uniform(0.85, 1.15);
       const auto lane = static_cast<float>(-direction * 0.48 * road.half_width_m);
       const double chance = busy * options.cars_per_km / 2 * kCarSlotM / 1000;
       for (double at = 0; at + kCarSlotM < road.length_m(); at += kCarSlotM) {
         if (random.Uniform(0, 1) >= chance) continue;
         const int prototype = random.Index(7) == 0 ? kLorry : random.Index(kCars);
         const auto seed = static_cast<uint32_t>(random.Index(1 << 30));
-        movers_.push_back({prototype, seed, static_cast<int>(r), lane, speed, at});
+        const bool lorry = UnitFromHash(HashCell(0, 0, seed)) < options.lorry_fraction;
+        movers_.push_back({lorry ? kLorry : prototype, seed, static_cast<int>(r), lane, speed, at});
       }
       if (road.road_class == RoadClass::kHighway) continue;
-      const double walking = direction * random.Uniform(1.1, 1.6);
+      const double walking = options.traffic_speed_factor * direction * random.Uniform(1.1, 1.6);
       const double walk_chance = options.people_per_km / 2 * kPersonSlotM / 1000;
       for (double at = 0; at + kPersonSlotM < road.length_m(); at += kPersonSlotM) {
         if (random.Uniform(0, 1) >= walk_chance) continue;
@@ -144,9 +156,16 @@ std::vector<FaceMesh> Traffic::MakePrototypes() {
           MakeCar({4.9f, 1.95f, 1.1f, 1.95f, 0.9f, 0.05f}), MakeLorry(), MakePerson()};
 }
 
+double Traffic::TravelOf(const Mover& mover, double time_s) const {
+  double driven_s = time_s;
+  if (stands_s_ > 0)
+    driven_s -= SlowedBy(time_s - stop_s_ + kStoppingS) - SlowedBy(time_s - stop_s_ - stands_s_);
+  return mover.start_m + mover.speed_m_s * driven_s;
+}
+
 double Traffic::LapOf(const Mover& mover, double time_s) const {
   const Road& road = roads_.roads()[static_cast<size_t>(mover.road)];
-  return std::floor((mover.start_m + mover.speed_m_s * time_s) / road.length_m());
+  return std::floor(TravelOf(mover, time_s) / road.length_m());
 }
 
 bool Traffic::Jumps(const Mover& mover, double from_s, double to_s) const {
@@ -155,8 +174,7 @@ bool Traffic::Jumps(const Mover& mover, double from_s, double to_s) const {
 
 Placement Traffic::PlacementAt(const Mover& mover, double time_s) const {
   const Road& road = roads_.roads()[static_cast<size_t>(mover.road)];
-  const double along =
-      mover.start_m + mover.speed_m_s * time_s - LapOf(mover, time_s) * road.length_m();
+  const double along = TravelOf(mover, time_s) - LapOf(mover, time_s) * road.length_m();
   // Between points ahead and behind, so that bends are taken smoothly.
   constexpr double kHalfBaseM = 2.5;
   const auto offset_point = [&](double at) {

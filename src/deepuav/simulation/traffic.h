@@ -38,10 +38,13 @@ class Traffic {
   bool Jumps(const Mover& mover, double from_s, double to_s) const;
 
  private:
+  /// How far the mover is along its road's line, all laps together.
+  double TravelOf(const Mover& mover, double time_s) const;
   double LapOf(const Mover& mover, double time_s) const;
 
   const RoadNetwork& roads_;
   const Terrain& terrain_;
+  double stop_s_, stands_s_;
   std::vector<Mover> movers_;
 };
 

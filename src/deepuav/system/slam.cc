@@ -127,6 +127,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   result.relocalisations = relocalisations_;
   result.closed_loops = back_end_.closed_loops();
   result.merged_maps = back_end_.merged_maps();
+  result.landmarks_set_aside = mapper_.set_aside();
   result.stage_durations_s = clock_.Durations();
   return result;
 }
@@ -271,6 +272,7 @@ void Slam::SaveMeanwhile(MappingLane* mapping, const SlamResult& result) {
     Atlas copy = atlas_;
     so_far->closed_loops = back_end_.closed_loops();
     so_far->merged_maps = back_end_.merged_maps();
+    so_far->landmarks_set_aside = mapper_.set_aside();
     so_far->stage_durations_s = clock_.Durations();
     PlaceInMaps(copy, &so_far->frames);
     meanwhile_.take(std::move(*so_far), std::move(copy));
@@ -353,6 +355,11 @@ void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<Frame
   MakeFinish(&locator).Finish(records, stop);
 }
 
+void Slam::SetAsideMoving() {
+  if (!options_.adjust_at_end || options_.localise_only) return;
+  for (const MapId map : atlas_.Remaining()) mapper_.SetAsideMoving(map);
+}
+
 void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) {
   Stopwatch since_stop;
   const std::function<bool()> stop = [&] {
@@ -376,6 +383,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
   attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
   TakeReckoned(atlas_, reckoned, &result->frames);
+  attempt([&] { SetAsideMoving(); });
 }
 
 }  // namespace deepuav

@@ -117,6 +117,7 @@ struct SlamResult {
   int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   int maps_joined_by_imu = 0;
+  int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
@@ -207,6 +208,7 @@ class Slam {
   /// Adjusts the maps and gives all frames their final poses; what fails is left out.
   void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
   TrajectoryFinish MakeFinish(FrameLocator* locator) const;
+  void SetAsideMoving();
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
 
   Camera camera_;

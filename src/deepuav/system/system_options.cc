@@ -30,6 +30,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("mapping.fusion.visibility", mapping.fusion.visibility);
   visit("mapping.fusion.projection", mapping.fusion.projection);
   visit("mapping.fusion", mapping.fusion);
+  visit("mapping.moving", mapping.moving);
   visit("mapping.local_bundle", mapping.local_bundle);
   visit("mapping.global_bundle", mapping.global_bundle);
   visit("mapping.lens", mapping.lens);

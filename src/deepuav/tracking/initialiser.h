@@ -33,7 +33,10 @@ struct InitialiserOptions {
       0.3;  ///< The third view's baseline to the second, over that of the first two.
   /// A drone that looks ahead sees most things too far away for any parallax: points whose distance
   /// is known decide, not the median.
-  TwoViewOptions two_view{.min_parallax_deg = 0, .min_certain = 60};
+  TwoViewOptions two_view{.min_parallax_deg = 0,
+                          .min_certain = 60,
+                          .min_undisputed_ratio = 0.9,
+                          .min_moved_ratio = 0.7};
   AbsolutePoseOptions absolute_pose;
 
   void Check() const;

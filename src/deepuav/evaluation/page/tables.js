@@ -75,7 +75,8 @@ DeepUav.keyFigures = function (run) {
   if (frames.processed && summary.wall_s) {
     add("Speed", frames.processed / summary.wall_s, DeepUav.number(frames.processed / summary.wall_s), "frames/s", `${summary.wall_s.toFixed(1)} s, ${summary.schedule}`, 1);
   }
-  for (const [name, key] of [["Loops closed", "closed_loops"], ["Relocalisations", "relocalisations"], ["Maps merged", "merged_maps"]]) {
+  for (const [name, key] of [["Loops closed", "closed_loops"], ["Relocalisations", "relocalisations"], ["Maps merged", "merged_maps"],
+    ["Landmarks set aside", "landmarks_set_aside"]]) {
     const count = Array.isArray(summary[key]) ? summary[key].length : summary[key];
     if (count) add(name, count, String(count), "", "", 0);
   }
