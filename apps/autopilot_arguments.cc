@@ -87,4 +87,16 @@ std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& argume
   return std::make_unique<AutopilotTeller>(arguments, MountOf(arguments, live));
 }
 
+std::unique_ptr<MetricWatch> WatchMetric(const LiveRun& live, const InertialOptions& options,
+                                         AutopilotTeller* teller) {
+  std::optional<ImuStream> imu = live.Imu();
+  if (!imu) return nullptr;
+  AutopilotObserver* const observer = teller->observer();
+  return std::make_unique<MetricWatch>(
+      std::move(*imu), options, [observer](MapId map, int64_t revision, const MetricWorld& world) {
+        observer->UseMetric(map, revision,
+                            MetricFromMap{world.metric_from_world, world.scale_sigma, {}});
+      });
+}
+
 }  // namespace deepuav

@@ -8,6 +8,7 @@
 #include "deepuav/assembly/live_run.h"
 #include "deepuav/autopilot/autopilot_link.h"
 #include "deepuav/autopilot/autopilot_observer.h"
+#include "deepuav/system/metric_watch.h"
 
 namespace deepuav {
 
@@ -35,5 +36,10 @@ class AutopilotTeller {
 /// Null where no autopilot was named. Throws WrongUse for arguments that cannot be.
 std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& arguments,
                                                 const LiveRequest& request, const LiveRun& live);
+
+/// Tells the autopilot's teller of metres that an IMU gives the map on the way; null where the
+/// source has none. `teller` must outlive it.
+std::unique_ptr<MetricWatch> WatchMetric(const LiveRun& live, const InertialOptions& options,
+                                         AutopilotTeller* teller);
 
 }  // namespace deepuav

@@ -72,6 +72,9 @@ void Run(const LiveArguments& arguments) {
   LogToStderr(arguments.log_level);
   auto settings = ReadRunSettings(arguments.options);
   settings->options.system.localise_only |= arguments.localise_only;
+#if DEEPUAV_WITH_MAVLINK
+  const InertialOptions inertial = settings->options.system.sensors.imu;
+#endif
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);
   ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
@@ -92,6 +95,8 @@ void Run(const LiveArguments& arguments) {
       observer->Arrived(time, since_arrival);
     };
   }
+  const auto metric_watch = autopilot ? WatchMetric(live, inertial, autopilot.get()) : nullptr;
+  if (metric_watch) observers.Add(metric_watch.get());
 #endif
 #if DEEPUAV_WITH_REPORT
   const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());

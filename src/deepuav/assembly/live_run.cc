@@ -121,6 +121,13 @@ Camera LiveRun::working_camera() const {
   return ScaledCamera(push_.camera, size.width, size.height);
 }
 
+std::optional<ImuStream> LiveRun::Imu() const {
+  if (!dataset_ || request_.feed.clock.clock != ImageClock::kStream) return std::nullopt;
+  ImuStream imu = dataset_->ReadSensors().imu;
+  if (imu.samples.empty()) return std::nullopt;
+  return imu;
+}
+
 LiveStatus LiveRun::status() const {
   constexpr size_t kLatest = 200;
   const std::scoped_lock lock(mutex_);

@@ -62,6 +62,8 @@ class LiveRun {
   std::optional<SE3> BodyFromCam() const {
     return dataset_ ? dataset_->BodyFromCam() : std::nullopt;
   }
+  /// Of a dataset that has one, on the times that its images have when it is seen once.
+  std::optional<ImuStream> Imu() const;
   /// Thread-safe.
   LiveStatus status() const;
 

@@ -26,6 +26,15 @@ class BoundedQueue {
     return true;
   }
 
+  /// Takes the item only where there is room; says whether.
+  bool TryPush(T item) {
+    const std::scoped_lock lock(mutex_);
+    if (closed_ || items_.size() >= capacity_) return false;
+    items_.push_back(std::move(item));
+    filled_.notify_one();
+    return true;
+  }
+
   /// Waits for an item. Returns nothing once the queue is closed and empty.
   std::optional<T> Pop() {
     std::unique_lock lock(mutex_);

@@ -19,6 +19,21 @@ Sim3 WithoutHeading(const Sim3& level_from_world) {
           Eigen::Vector3d::Zero()};
 }
 
+/// Those that the path may need, whatever the clocks.
+ImuStream SamplesAlong(const Trajectory& path, const ImuStream& imu) {
+  constexpr int64_t kBeyond_ns = 1'000'000'000;
+  const auto is_earlier = [](const ImuSample& sample, int64_t time_ns) {
+    return sample.time.nanoseconds < time_ns;
+  };
+  const auto at = [&](int64_t time_ns) {
+    return std::lower_bound(imu.samples.begin(), imu.samples.end(), time_ns, is_earlier);
+  };
+  ImuStream along{imu.source, imu.noise, imu.cam_from_imu, {}};
+  along.samples.assign(at(path.front().time.nanoseconds - kBeyond_ns),
+                       at(path.back().time.nanoseconds + kBeyond_ns));
+  return along;
+}
+
 }  // namespace
 
 RunningAlignment::RunningAlignment(const ImuStream& imu, const InertialOptions& options)
@@ -45,7 +60,7 @@ std::optional<MetricWorld> RunningAlignment::Add(const TimedPose& pose) {
   if (SecondsBetween(path_.front().time, pose.time) < options_.min_duration_s) return std::nullopt;
   if (tried_at_ && SecondsBetween(*tried_at_, pose.time) < wait_s_) return std::nullopt;
   tried_at_ = pose.time;
-  const InertialAttempt attempt = AlignInertially(path_, imu_, options_);
+  const InertialAttempt attempt = AlignInertially(path_, SamplesAlong(path_, imu_), options_);
   if (!attempt.found) return std::nullopt;
   wait_s_ = std::min(2 * wait_s_, options_.running_window_s);
   const MetricWorld found{WithoutHeading(attempt.found->level_from_world),

@@ -19,7 +19,7 @@ struct MetricWorld {
 /// Thread-compatible.
 class RunningAlignment {
  public:
-  /// `imu` must outlive it. Of its samples those up to the newest pose are used.
+  /// `imu` must outlive it.
   RunningAlignment(const ImuStream& imu, const InertialOptions& options);
 
   /// The next pose. Says what is new, if anything; takes its time then, and when it looked in vain.
