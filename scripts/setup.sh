@@ -39,6 +39,31 @@ check_cpu() {
   [[ $(uname -m) != x86_64 ]] || grep -qw avx2 /proc/cpuinfo || fail "this CPU has no AVX2: expected one of x86-64-v3"
 }
 
+# fetch_wheel NAME VERSION SHA256 PLATFORM FOLDER [FILE...]: makes .deps/NAME of a FOLDER of the wheel, unpacking these files alone
+# where any are named, unless it is there already.
+fetch_wheel() {
+  local name=$1 version=$2 sha256=$3 platform=$4 part=$5
+  local files=("${@:6}")
+  local stamp=.deps/$name/.wheel wanted="$version $sha256"
+  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]]; then return; fi
+
+  echo "Downloading $name $version"
+  mkdir -p .deps
+  rm -rf .deps/unpacking.*
+  trap 'rm -rf .deps/unpacking.*' EXIT
+  local folder
+  folder=$(mktemp -d .deps/unpacking.XXXXXX)
+  # Debian's own Python, because a Python of the user may lack pip.
+  /usr/bin/python3 -m pip download --quiet --no-deps --only-binary=:all: --implementation cp --python-version 3.11 \
+    --platform "$platform" --dest "$folder" "$name==$version"
+  local wheel=("$folder/$name"-*.whl)
+  echo "$sha256  ${wheel[0]}" | sha256sum --check --quiet || fail "the wheel of $name has another SHA-256 than $sha256"
+  unzip -q "${wheel[0]}" "${files[@]}" -d "$folder/unpacked"
+  echo "$wanted" >"$folder/unpacked/$part/.wheel"
+  rm -rf ".deps/$name"
+  mv "$folder/unpacked/$part" ".deps/$name"
+}
+
 # The wheel of OpenVINO carries its C++ headers, libraries and CMake files; its Python part is not used, so one wheel
 # serves whichever Python is installed.
 install_openvino() {
@@ -54,49 +79,17 @@ install_openvino() {
       ;;
     *) fail "no OpenVINO for $(uname -m): expected x86_64 or aarch64" ;;
   esac
-  local stamp=.deps/openvino/.wheel wanted="$openvino_version $sha256"
-  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]]; then return; fi
-
-  echo "Downloading OpenVINO $openvino_version"
-  mkdir -p .deps
-  rm -rf .deps/unpacking.*
-  trap 'rm -rf .deps/unpacking.*' EXIT
-  local folder
-  folder=$(mktemp -d .deps/unpacking.XXXXXX)
-  # Debian's own Python, because a Python of the user may lack pip.
-  /usr/bin/python3 -m pip download --quiet --no-deps --only-binary=:all: --implementation cp --python-version 3.11 \
-    --platform "$platform" --dest "$folder" "openvino==$openvino_version"
-  local wheel=("$folder"/openvino-*.whl)
-  echo "$sha256  ${wheel[0]}" | sha256sum --check --quiet || fail "the OpenVINO wheel has another SHA-256 than $sha256"
-  unzip -q "${wheel[0]}" -d "$folder"
-  echo "$wanted" >"$folder/openvino/.wheel"
-  rm -rf .deps/openvino
-  mv "$folder/openvino" .deps/openvino
+  fetch_wheel openvino "$openvino_version" "$sha256" "$platform" openvino
 }
 
 # Of the wheel only what is written in Python is used: MAVLink's messages and what makes C of them, to build, and a receiver
 # for the tests. So one wheel serves all machines.
 install_pymavlink() {
   local sha256=6c56a34ae4e6e9215f77cd4ad809b804611ad248290783d2d701904bb8db9772
-  local stamp=.deps/pymavlink/.wheel wanted="$pymavlink_version $sha256"
-  if [[ -f $stamp && $(<"$stamp") == "$wanted" ]]; then return; fi
-
-  echo "Downloading pymavlink $pymavlink_version"
-  mkdir -p .deps
-  rm -rf .deps/unpacking.*
-  trap 'rm -rf .deps/unpacking.*' EXIT
-  local folder
-  folder=$(mktemp -d .deps/unpacking.XXXXXX)
-  /usr/bin/python3 -m pip download --quiet --no-deps --only-binary=:all: --implementation cp --python-version 3.11 \
-    --platform manylinux_2_28_x86_64 --dest "$folder" "pymavlink==$pymavlink_version"
-  local wheel=("$folder"/pymavlink-*.whl)
-  echo "$sha256  ${wheel[0]}" | sha256sum --check --quiet || fail "the pymavlink wheel has another SHA-256 than $sha256"
-  unzip -q "${wheel[0]}" pymavlink/__init__.py pymavlink/tools/mavgen.py 'pymavlink/generator/*.py' 'pymavlink/generator/C/*' \
+  fetch_wheel pymavlink "$pymavlink_version" "$sha256" manylinux_2_28_x86_64 "" \
+    pymavlink/__init__.py pymavlink/tools/mavgen.py 'pymavlink/generator/*.py' 'pymavlink/generator/C/*' \
     'pymavlink/dialects/*__init__.py' 'pymavlink/dialects/v20/common.*' 'pymavlink/dialects/v20/standard.*' \
-    'pymavlink/dialects/v20/minimal.*' '*/licenses/*' -d "$folder/unpacked"
-  echo "$wanted" >"$folder/unpacked/.wheel"
-  rm -rf .deps/pymavlink
-  mv "$folder/unpacked" .deps/pymavlink
+    'pymavlink/dialects/v20/minimal.*' '*/licenses/*'
 }
 
 preset=release

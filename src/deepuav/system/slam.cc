@@ -382,7 +382,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
   attempt([&] { reckoned = BridgeByImu(result); });
   attempt([&] { GeoreferenceAll(stop, result); });
   attempt([&] { FinishTrajectory(stop, &result->frames); });
-  TakeReckoned(atlas_, reckoned, &result->frames);
+  attempt([&] { TakeReckoned(atlas_, reckoned, &result->frames); });
   attempt([&] { SetAsideMoving(); });
 }
 
