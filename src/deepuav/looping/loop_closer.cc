@@ -8,6 +8,7 @@
 #include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/looping/drift.h"
 
 namespace deepuav {
 namespace {
@@ -54,6 +55,7 @@ void LoopingOptions::Check() const {
   recogniser.Check();
   relocaliser.Check();
   verifier.Check();
+  drift.Check();
   essential_graph.Check();
 }
 
@@ -127,6 +129,9 @@ std::optional<LoopFinding> LoopCloser::Find(const Atlas& atlas, MapId map, Keyfr
   const StageScope stage(stages_, "verify place");
   std::string reason;
   auto finding = verifier_.Verify(atlas, map, keyframe, turned, places, &reason);
+  const bool within_map = finding && finding->map == finding->place_map;
+  if (within_map && !CanHaveDrifted(atlas.At(map), *finding, options_.drift, &reason))
+    finding.reset();
   if (finding) {
     Log().debug("keyframe {} is at keyframe {}: {} landmarks, scale {:.3f}", keyframe.value,
                 finding->tie.place.value, finding->tie.seen.size(),

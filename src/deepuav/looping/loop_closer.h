@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "deepuav/base/stages.h"
+#include "deepuav/looping/drift.h"
 #include "deepuav/looping/essential_graph.h"
 #include "deepuav/looping/loop_verifier.h"
 #include "deepuav/looping/place_recogniser.h"
@@ -24,6 +25,7 @@ struct LoopingOptions {
   RecogniserOptions recogniser;
   RelocaliserOptions relocaliser;
   VerifierOptions verifier;
+  DriftOptions drift;
   EssentialGraphOptions essential_graph;
 
   void Check() const;

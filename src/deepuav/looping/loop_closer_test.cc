@@ -89,6 +89,12 @@ TEST_F(LoopCloserTest, ThreeKeyframesThatAgreeCloseALoop) {
   }
 }
 
+TEST_F(LoopCloserTest, ClosesNoLoopThatTheMapCannotHaveDriftedBy) {
+  const Visit copy = Again(MapId{0}, Shift(24, 0));
+  Begin();
+  EXPECT_EQ(Closes(copy, 0, 6), NoneOf(6));
+}
+
 TEST_F(LoopCloserTest, RestsAfterALoopAndThenAsksForThreeAgain) {
   const Visit second = Again(MapId{0}, drift_);
   Begin();
@@ -102,7 +108,9 @@ class LoopCloserOfTwoTest : public LoopCloserTest {
   std::vector<bool> ClosesWithDrifts(const Sim3& left, const Sim3& right) {
     const Visit a = made_.Add(MapId{0}, FlightAlongStrip(0, 3, 5, 1), left);
     const Visit b = made_.Add(MapId{0}, FlightAlongStrip(11, 3, -5, 1), right);
-    Begin(OptionsWith(&LoopingOptions::agreeing_keyframes, 2));
+    LoopingOptions options = OptionsWith(&LoopingOptions::agreeing_keyframes, 2);
+    options.drift.per_travel = 1;
+    Begin(options);
     return {Process(a, 1).has_value(), Process(b, 1).has_value()};
   }
 };

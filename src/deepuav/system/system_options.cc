@@ -45,6 +45,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("looping.verifier", looping.verifier);
   visit("looping.essential_graph.pose_graph", looping.essential_graph.pose_graph);
   visit("looping.essential_graph", looping.essential_graph);
+  visit("looping.drift", looping.drift);
   visit("looping", looping);
   auto& sensors = options.sensors;
   visit("sensors.gnss", sensors.gnss);
