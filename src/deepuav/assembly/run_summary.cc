@@ -101,6 +101,7 @@ void AddGeoreference(const GeoreferenceReport& report, Json* table) {
   (*table)["turn_sigma_deg"] = found.turn_sigma_rad() * kDegrees;
   (*table)["clock_offset_s"] = found.clock_offset_s;
   (*table)["barometer_steps"] = report.height_steps;
+  (*table)["held_by_imu"] = report.held_by_imu;
 }
 
 /// The entry of a map, or null.

@@ -52,6 +52,33 @@ void CheckCamera(int camera, int cameras) {
     throw Error("bundle problem: a factor is of camera {}: expected below {}", camera, cameras);
 }
 
+template <typename Factor>
+void CheckPair(const char* name, const Factor& factor, double measured, int cameras) {
+  CheckCamera(factor.first_camera, cameras);
+  CheckCamera(factor.second_camera, cameras);
+  if (factor.first_camera == factor.second_camera)
+    throw Error("bundle problem: a {} leads from camera {} to itself", name, factor.first_camera);
+  if (!std::isfinite(measured + factor.per_sigma))
+    throw Error("bundle problem: a {} of camera {} is not finite", name, factor.first_camera);
+}
+
+/// The error of a factor of two cameras, whose sides are told apart by their Jacobians.
+Vector1d PairError(const HeightStepFactor& factor, const SE3& first, const SE3& second,
+                   Matrix16d* of_first = nullptr, Matrix16d* of_second = nullptr) {
+  return HeightStepError(factor, first, second, of_first, of_second);
+}
+Vector1d PairError(const DistanceFactor& factor, const SE3& first, const SE3& second,
+                   Matrix16d* of_first = nullptr, Matrix16d* of_second = nullptr) {
+  return DistanceError(factor, first, second, of_first, of_second);
+}
+
+/// Calls `visit` with each factor of two cameras.
+template <typename Visit>
+void ForEachPair(const CameraFactors& factors, Visit&& visit) {
+  for (const HeightStepFactor& factor : factors.height_steps) visit(factor);
+  for (const DistanceFactor& factor : factors.distances) visit(factor);
+}
+
 }  // namespace
 
 Eigen::Vector3d PositionError(const PositionFactor& factor, const SE3& cam_from_world,
@@ -76,10 +103,22 @@ Vector1d LevelError(const LevelFactor& factor, const SE3& cam_from_world, Matrix
   const Eigen::Vector3d up_cam = cam_from_world.RotationMatrix().col(2);
   if (jacobian) {
     jacobian->leftCols<3>().setZero();
-    jacobian->rightCols<3>() =
-        factor.per_sigma * up_cam.cross(Eigen::Vector3d::UnitX()).transpose();
+    jacobian->rightCols<3>() = factor.per_sigma * up_cam.cross(factor.axis_cam).transpose();
   }
-  return Vector1d(factor.per_sigma * up_cam.x());
+  return Vector1d(factor.per_sigma * up_cam.dot(factor.axis_cam));
+}
+
+Vector1d DistanceError(const DistanceFactor& factor, const SE3& first_from_world,
+                       const SE3& second_from_world, Matrix16d* first_jacobian,
+                       Matrix16d* second_jacobian) {
+  Matrix36d of_first, of_second;
+  const Eigen::Vector3d between =
+      WorldPoint(Eigen::Vector3d::Zero(), second_from_world, &of_second) -
+      WorldPoint(Eigen::Vector3d::Zero(), first_from_world, &of_first);
+  const Eigen::RowVector3d direction = between.stableNormalized().transpose();
+  if (first_jacobian) *first_jacobian = -factor.per_sigma * direction * of_first;
+  if (second_jacobian) *second_jacobian = factor.per_sigma * direction * of_second;
+  return Vector1d(factor.per_sigma * (between.norm() - factor.distance_world));
 }
 
 void CheckCameraFactors(const CameraFactors& factors, int cameras) {
@@ -90,16 +129,15 @@ void CheckCameraFactors(const CameraFactors& factors, int cameras) {
       throw Error("bundle problem: a measured position of camera {} is not finite", factor.camera);
     }
   }
-  for (const HeightStepFactor& factor : factors.height_steps) {
-    CheckCamera(factor.first_camera, cameras);
-    CheckCamera(factor.second_camera, cameras);
-    if (factor.first_camera == factor.second_camera)
-      throw Error("bundle problem: a height step leads from camera {} to itself",
-                  factor.first_camera);
-    if (!std::isfinite(factor.step_world + factor.per_sigma))
-      throw Error("bundle problem: a height step of camera {} is not finite", factor.first_camera);
+  for (const HeightStepFactor& factor : factors.height_steps)
+    CheckPair("height step", factor, factor.step_world, cameras);
+  for (const DistanceFactor& factor : factors.distances)
+    CheckPair("distance", factor, factor.distance_world, cameras);
+  for (const LevelFactor& factor : factors.levels) {
+    CheckCamera(factor.camera, cameras);
+    if (!factor.axis_cam.allFinite() || !std::isfinite(factor.per_sigma))
+      throw Error("bundle problem: a level of camera {} is not finite", factor.camera);
   }
-  for (const LevelFactor& factor : factors.levels) CheckCamera(factor.camera, cameras);
 }
 
 double CameraFactorCost(const CameraFactors& factors, const std::vector<SE3>& cam_from_world) {
@@ -109,11 +147,10 @@ double CameraFactorCost(const CameraFactors& factors, const std::vector<SE3>& ca
   double cost = 0;
   for (const PositionFactor& factor : factors.positions)
     cost += kLoss3.Cost(PositionError(factor, pose(factor.camera)).squaredNorm());
-  for (const HeightStepFactor& factor : factors.height_steps) {
-    cost +=
-        kLoss1.Cost(HeightStepError(factor, pose(factor.first_camera), pose(factor.second_camera))
-                        .squaredNorm());
-  }
+  ForEachPair(factors, [&](const auto& factor) {
+    cost += kLoss1.Cost(
+        PairError(factor, pose(factor.first_camera), pose(factor.second_camera)).squaredNorm());
+  });
   for (const LevelFactor& factor : factors.levels)
     cost += kLoss1.Cost(LevelError(factor, pose(factor.camera)).squaredNorm());
   return cost;
@@ -139,30 +176,29 @@ void CameraFactorLinearization::Compute(const CameraFactors& factors,
     const Vector1d error = LevelError(factor, pose(factor.camera), &side.jacobian);
     AddSide(side, error, kLoss1.Weight(error.squaredNorm()), camera_camera, camera_gradient);
   }
-  for (const HeightStepFactor& factor : factors.height_steps) {
+  ForEachPair(factors, [&](const auto& factor) {
     Side<1> first{free(factor.first_camera), {}}, second{free(factor.second_camera), {}};
-    const Vector1d error =
-        HeightStepError(factor, pose(factor.first_camera), pose(factor.second_camera),
-                        &first.jacobian, &second.jacobian);
+    const Vector1d error = PairError(factor, pose(factor.first_camera), pose(factor.second_camera),
+                                     &first.jacobian, &second.jacobian);
     const double weight = kLoss1.Weight(error.squaredNorm());
     AddSide(first, error, weight, camera_camera, camera_gradient);
     AddSide(second, error, weight, camera_camera, camera_gradient);
-    if (first.free_camera < 0 || second.free_camera < 0) continue;
+    if (first.free_camera < 0 || second.free_camera < 0) return;
     if (first.free_camera < second.free_camera) std::swap(first, second);
     PairBlock(first.free_camera, second.free_camera, camera_pair).block.noalias() +=
         weight * first.jacobian.transpose() * second.jacobian;
-  }
+  });
 }
 
 std::vector<CameraPairBlock> CameraPairs(const CameraFactors& factors,
                                          const std::vector<int>& free_of_camera) {
   std::vector<std::pair<int, int>> pairs;
-  for (const HeightStepFactor& factor : factors.height_steps) {
+  ForEachPair(factors, [&](const auto& factor) {
     const auto [column, row] =
         std::minmax(free_of_camera[static_cast<size_t>(factor.first_camera)],
                     free_of_camera[static_cast<size_t>(factor.second_camera)]);
     if (column >= 0) pairs.emplace_back(column, row);
-  }
+  });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   std::vector<CameraPairBlock> blocks;

@@ -28,18 +28,29 @@ struct HeightStepFactor {
   double per_sigma = 0;
 };
 
-/// The camera's x axis lies in the world's plane of x and y.
+/// An axis of the camera lies in the world's plane of x and y.
 struct LevelFactor {
   int camera = 0;
   double per_sigma = 0;  ///< 1 / radian
+  Eigen::Vector3d axis_cam = Eigen::Vector3d::UnitX();
+};
+
+/// Two cameras are so far apart.
+struct DistanceFactor {
+  int first_camera = 0, second_camera = 0;
+  double distance_world = 0;
+  double per_sigma = 0;
 };
 
 struct CameraFactors {
   std::vector<PositionFactor> positions;
   std::vector<HeightStepFactor> height_steps;
   std::vector<LevelFactor> levels;
+  std::vector<DistanceFactor> distances;
 
-  bool empty() const { return positions.empty() && height_steps.empty() && levels.empty(); }
+  bool empty() const {
+    return positions.empty() && height_steps.empty() && levels.empty() && distances.empty();
+  }
 };
 
 using Vector1d = Eigen::Matrix<double, 1, 1>;
@@ -55,6 +66,10 @@ Vector1d HeightStepError(const HeightStepFactor& factor, const SE3& first_from_w
                          Matrix16d* second_jacobian = nullptr);
 Vector1d LevelError(const LevelFactor& factor, const SE3& cam_from_world,
                     Matrix16d* jacobian = nullptr);
+/// Cameras at one place have no Jacobian.
+Vector1d DistanceError(const DistanceFactor& factor, const SE3& first_from_world,
+                       const SE3& second_from_world, Matrix16d* first_jacobian = nullptr,
+                       Matrix16d* second_jacobian = nullptr);
 
 /// Throws Error for a factor of a camera that is not one of `cameras`, or that is not finite.
 void CheckCameraFactors(const CameraFactors& factors, int cameras);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "deepuav/base/error.h"
 #include "deepuav/estimation/bundle_linearization.h"
 #include "deepuav/estimation/reduced_camera_system.h"
@@ -50,7 +52,24 @@ TEST(CameraFactors, JacobiansEqualCentralDifferences) {
                 .norm(),
             1e-7);
 
-  const LevelFactor level{0, 4};
+  const DistanceFactor distance{0, 1, 2, 3};
+  DistanceError(distance, kFirst, kSecond, &of_first, &of_second);
+  EXPECT_LT((of_first - NumericJacobian(
+                            [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+                              return DistanceError(distance, Moved(kFirst, d), kSecond);
+                            },
+                            6))
+                .norm(),
+            1e-7);
+  EXPECT_LT((of_second - NumericJacobian(
+                             [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+                               return DistanceError(distance, kFirst, Moved(kSecond, d));
+                             },
+                             6))
+                .norm(),
+            1e-7);
+
+  const LevelFactor level{0, 4, Eigen::Vector3d(0.6, 0, -0.8)};
   Matrix16d of_level;
   LevelError(level, kFirst, &of_level);
   EXPECT_LT((of_level - NumericJacobian(
@@ -71,6 +90,14 @@ TEST(CameraFactors, SayNothingOfWhatIsTrue) {
   HeightStepFactor step{.second_camera = 1, .per_sigma = 2};
   step.step_world = kSecond.InverseTranslation().z() - kFirst.InverseTranslation().z();
   EXPECT_NEAR(HeightStepError(step, kFirst, kSecond)[0], 0, 1e-12);
+  const double apart = (kFirst.InverseTranslation() - kSecond.InverseTranslation()).norm();
+  EXPECT_NEAR(DistanceError({0, 1, apart, 2}, kFirst, kSecond)[0], 0, 1e-12);
+}
+
+TEST(CameraFactors, CamerasAtOnePlaceHaveADistanceWithoutDirection) {
+  Matrix16d of_first, of_second;
+  EXPECT_EQ(DistanceError({0, 1, 2, 3}, kFirst, kFirst, &of_first, &of_second)[0], -6);
+  EXPECT_EQ(of_first.norm() + of_second.norm(), 0);
 }
 
 /// An orbit of cameras that is free to move as a whole.
@@ -129,9 +156,24 @@ TEST_F(FactorProblem, HeightStepsHoldTheHeightWherePositionsDoNot) {
   EXPECT_LT(LargestError(), 0.08);
 }
 
+TEST_F(FactorProblem, DistancesHoldTheScaleWherePositionsHardlyTellIt) {
+  for (PositionFactor& factor : problem_.factors.positions) factor.per_sigma.setConstant(0.01);
+  for (int i = 0; i < 12; i += 3) {
+    const double apart =
+        (world_.cam_from_world[static_cast<size_t>(i)].InverseTranslation() -
+         world_.cam_from_world[static_cast<size_t>((i + 4) % 12)].InverseTranslation())
+            .norm();
+    problem_.factors.distances.push_back({i, (i + 4) % 12, apart, 1000});
+  }
+  Disturb(Sim3(1.02, Eigen::Quaterniond::Identity(), {0, 0, 0}));
+  AdjustBundle(&problem_, {.max_iterations = 50});
+  EXPECT_LT(LargestError(), 0.03) << "of 0.2";
+}
+
 TEST_F(FactorProblem, TheGradientIsHalfTheDerivativeOfTheCost) {
   problem_.factors.height_steps.push_back({2, 9, {0.1, 0, 0}, {0, 0.2, 0}, 0.7, 3});
   problem_.factors.levels.push_back({4, 5});
+  problem_.factors.distances.push_back({2, 4, 3, 2});
   const BundleStructure structure(problem_);
   const HuberLoss loss{5.991};
   const BundleState state{
@@ -178,6 +220,11 @@ TEST_F(FactorProblem, AWrongFactorIsRefused) {
   EXPECT_THROW(AdjustBundle(&problem_, {}), Error);
   problem_.factors.levels.clear();
   problem_.factors.height_steps.push_back({3, 3, kCenter, kCenter, 0, 1});
+  EXPECT_THROW(AdjustBundle(&problem_, {}), Error);
+  problem_.factors.height_steps.clear();
+  problem_.factors.distances.push_back({0, 12, 1, 1});
+  EXPECT_THROW(AdjustBundle(&problem_, {}), Error);
+  problem_.factors.distances = {{0, 1, std::nan(""), 1}};
   EXPECT_THROW(AdjustBundle(&problem_, {}), Error);
 }
 

@@ -16,6 +16,29 @@ int CameraOf(const BundleWindow& window, KeyframeId keyframe) {
   return static_cast<int>(found - window.keyframes.begin());
 }
 
+template <typename Factor>
+void AddOfKeyframes(const std::vector<MapFactors::OfKeyframe<Factor>>& factors,
+                    const BundleWindow& window, std::vector<Factor>* into) {
+  for (const auto& [keyframe, factor] : factors) {
+    const int camera = CameraOf(window, keyframe);
+    if (camera < 0) continue;
+    into->push_back(factor);
+    into->back().camera = camera;
+  }
+}
+
+template <typename Factor>
+void AddOfTwo(const std::vector<MapFactors::OfTwo<Factor>>& factors, const BundleWindow& window,
+              std::vector<Factor>* into) {
+  for (const auto& [first, second, factor] : factors) {
+    const int first_camera = CameraOf(window, first), second_camera = CameraOf(window, second);
+    if (first_camera < 0 || second_camera < 0) continue;
+    into->push_back(factor);
+    into->back().first_camera = first_camera;
+    into->back().second_camera = second_camera;
+  }
+}
+
 /// By how much the distances of each camera to its landmarks have grown, in the median.
 std::vector<double> GrowthOfScale(const BundleWindow& window, const Map& map) {
   std::vector<std::vector<double>> growth(window.keyframes.size());
@@ -38,25 +61,10 @@ std::vector<double> GrowthOfScale(const BundleWindow& window, const Map& map) {
 
 void AddFactors(const MapFactors& factors, BundleWindow* window) {
   CameraFactors& into = window->problem.factors;
-  for (const auto& [keyframe, factor] : factors.positions) {
-    const int camera = CameraOf(*window, keyframe);
-    if (camera < 0) continue;
-    into.positions.push_back(factor);
-    into.positions.back().camera = camera;
-  }
-  for (const auto& [first, second, factor] : factors.height_steps) {
-    const int first_camera = CameraOf(*window, first), second_camera = CameraOf(*window, second);
-    if (first_camera < 0 || second_camera < 0) continue;
-    into.height_steps.push_back(factor);
-    into.height_steps.back().first_camera = first_camera;
-    into.height_steps.back().second_camera = second_camera;
-  }
-  for (const auto& [keyframe, factor] : factors.levels) {
-    const int camera = CameraOf(*window, keyframe);
-    if (camera < 0) continue;
-    into.levels.push_back(factor);
-    into.levels.back().camera = camera;
-  }
+  AddOfKeyframes(factors.positions, *window, &into.positions);
+  AddOfKeyframes(factors.levels, *window, &into.levels);
+  AddOfTwo(factors.height_steps, *window, &into.height_steps);
+  AddOfTwo(factors.distances, *window, &into.distances);
   if (into.positions.empty()) return;
   std::fill(window->problem.camera_fixed.begin(), window->problem.camera_fixed.end(), 0);
 }

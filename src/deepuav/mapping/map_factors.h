@@ -15,13 +15,15 @@ struct MapFactors {
     KeyframeId keyframe;
     Factor factor;
   };
-  struct HeightStep {
+  template <typename Factor>
+  struct OfTwo {
     KeyframeId first, second;
-    HeightStepFactor factor;
+    Factor factor;
   };
   std::vector<OfKeyframe<PositionFactor>> positions;
-  std::vector<HeightStep> height_steps;
+  std::vector<OfTwo<HeightStepFactor>> height_steps;
   std::vector<OfKeyframe<LevelFactor>> levels;
+  std::vector<OfTwo<DistanceFactor>> distances;
 };
 
 /// Puts the factors of the window's keyframes into its problem. Measured positions hold the gauge:

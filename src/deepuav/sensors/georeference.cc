@@ -6,21 +6,16 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "deepuav/base/median.h"
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/base/random.h"
-#include "deepuav/geometry/alignment.h"
+#include "deepuav/sensors/georeference_hypothesis.h"
 
 namespace deepuav {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr uint64_t kSeed = 27;
-constexpr int kHypotheses = 300;
-constexpr size_t kMostJudged = 400;  // Positions that judge a hypothesis.
 constexpr double kSameSpread = 0.01, kSameOffset_s = 1e-6;
 constexpr double kMuchWorse = 2;  // Over the other median: no matter of noise.
 constexpr int kMaxRounds = 30, kMaxSteps = 20;
@@ -31,112 +26,6 @@ constexpr double kMedianOfChi2 = 1.177, kMedianOfChi1 = 0.6745;
 constexpr double kOffsetStep_s = 0.25, kOffsetSigmas = 2;
 /// A spread below this share of what a fix is taken for is not believed.
 constexpr double kLeastRatio = 0.05;
-
-using Positions = std::vector<PositionOnPath>;
-
-struct Estimate {
-  Sim3 local_from_world;
-  double clock_shift_s = 0;  ///< Beyond the offset that the positions were placed with.
-};
-
-Eigen::Vector3d Residual(const Estimate& estimate, const PositionOnPath& at,
-                         const Eigen::Vector3d& antenna_cam_m) {
-  const SE3& camera = at.camera.world_from_cam;
-  const Sim3& local = estimate.local_from_world;
-  const Eigen::Vector3d center =
-      local * (camera.translation() + estimate.clock_shift_s * at.velocity_world);
-  return center + local.rotation() * (camera.rotation() * antenna_cam_m) - at.position_m;
-}
-
-std::vector<double> Distances(const Estimate& estimate, const Positions& positions,
-                              const Eigen::Vector3d& antenna_cam_m) {
-  std::vector<double> distances;
-  distances.reserve(positions.size());
-  for (const PositionOnPath& at : positions) {
-    distances.push_back(Residual(estimate, at, antenna_cam_m).cwiseQuotient(at.sigma_m).norm());
-  }
-  return distances;
-}
-
-/// Roughly where a camera has the ground: below it in the image, or ahead of it. Unit length.
-Eigen::Vector3d DownInWorld(const Positions& positions) {
-  Eigen::Vector3d down = Eigen::Vector3d::Zero();
-  for (const PositionOnPath& at : positions)
-    down += at.camera.world_from_cam.rotation() * Eigen::Vector3d(0, 1, 1);
-  return down.normalized();
-}
-
-/// The similarity through three positions; where they lie on one line, with the ground roughly
-/// below the camera.
-std::optional<Sim3> AlignThree(std::vector<Eigen::Vector3d> source,
-                               std::vector<Eigen::Vector3d> target,
-                               const Eigen::Vector3d& down_world) {
-  if (auto aligned = Align(source, target, AlignmentKind::kSimilar)) return aligned;
-  const auto add_below = [](const Eigen::Vector3d& down, std::vector<Eigen::Vector3d>* points) {
-    const Eigen::Vector3d line = points->back() - points->front();
-    const Eigen::Vector3d across = down - line * (line.dot(down) / line.squaredNorm());
-    points->push_back(points->front() + line.norm() * across.normalized());
-  };
-  add_below(down_world, &source);
-  add_below(-Eigen::Vector3d::UnitZ(), &target);
-  if (!source.back().allFinite() || !target.back().allFinite()) return std::nullopt;
-  return Align(source, target, AlignmentKind::kSimilar);
-}
-
-struct Hypothesis {
-  Estimate estimate;
-  double median = std::numeric_limits<double>::infinity();
-};
-
-/// A path that is nearly straight may have been turned upside down about itself: turned back,
-/// unless the positions speak against it.
-Hypothesis Upright(const Hypothesis& found, const Positions& positions,
-                   const Eigen::Vector3d& antenna_cam_m) {
-  const Sim3& local = found.estimate.local_from_world;
-  if (std::isinf(found.median) || (local.rotation() * DownInWorld(positions)).z() < 0) return found;
-  const auto place = [&](const PositionOnPath& at) {
-    return local * at.camera.world_from_cam.translation();
-  };
-  const Eigen::Vector3d first = place(positions.front());
-  Eigen::Vector3d farthest = first;
-  for (const PositionOnPath& at : positions) {
-    if ((place(at) - first).norm() > (farthest - first).norm()) farthest = place(at);
-  }
-  const Eigen::Quaterniond half_turn = RotationExp(M_PI * (farthest - first).normalized());
-  const Sim3 turn(1, half_turn, first - half_turn * first);
-  Hypothesis turned{{turn * local, 0}, 0};
-  turned.median = Median(Distances(turned.estimate, positions, antenna_cam_m));
-  return turned.median < kMuchWorse * found.median ? turned : found;
-}
-
-/// The best of similarities through three positions each, by the median of the distances (Rousseeuw
-/// 1984, least median of squares): it needs no standard deviation to be true.
-Hypothesis BestHypothesis(const Positions& all, const Eigen::Vector3d& antenna_cam_m) {
-  Positions positions;
-  const size_t stride = 1 + all.size() / kMostJudged;
-  for (size_t i = 0; i < all.size(); i += stride) positions.push_back(all[i]);
-  const Eigen::Vector3d down = DownInWorld(positions);
-  Random random(kSeed);
-  Hypothesis best;
-  const auto count = static_cast<int>(positions.size());
-  if (count < 3) return best;
-  for (int i = 0; i < kHypotheses; ++i) {
-    std::vector<Eigen::Vector3d> source, target;
-    for (int k = 0; k < 3; ++k) {
-      // One of each third: three neighbours tell little.
-      const int first = k * count / 3, size = (k + 1) * count / 3 - first;
-      const PositionOnPath& at = positions[static_cast<size_t>(first + random.Index(size))];
-      source.push_back(at.camera.world_from_cam.translation());
-      target.push_back(at.position_m);
-    }
-    const auto aligned = AlignThree(source, target, down);
-    if (!aligned || !(aligned->scale() > 0)) continue;
-    const Estimate estimate{*aligned, 0};
-    const double median = Median(Distances(estimate, positions, antenna_cam_m));
-    if (median < best.median) best = {estimate, median};
-  }
-  return Upright(best, positions, antenna_cam_m);
-}
 
 /// The information that weighted positions and the priors give, and the gradient.
 struct Normal {
@@ -153,16 +42,19 @@ struct Normal {
 
 class Refinement {
  public:
-  Refinement(const Positions& positions, const Eigen::Vector3d& antenna_cam_m,
-             const ClockPrior& clock, double placed_offset_s, const GeoreferenceOptions& options)
+  Refinement(const PathPositions& positions, const Eigen::Vector3d& antenna_cam_m,
+             const ClockPrior& clock, double placed_offset_s, const GeoreferenceOptions& options,
+             const MetricPrior* known)
       : positions_(positions),
         antenna_cam_m_(antenna_cam_m),
         clock_(clock),
         placed_offset_s_(placed_offset_s),
-        level_sigma_(options.level_sigma_deg * kDegree) {}
+        level_sigma_(options.level_sigma_deg * kDegree),
+        known_(known) {}
 
   /// `per_sigma`: one over the standard deviation to count with, by axis; zero for an outlier.
-  Normal Linearize(const Estimate& estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
+  Normal Linearize(const PathEstimate& estimate,
+                   const std::vector<Eigen::Vector3d>& per_sigma) const {
     Normal normal;
     const Sim3& local = estimate.local_from_world;
     Eigen::Vector3d side = Eigen::Vector3d::Zero();  // The mean of the cameras' x axes.
@@ -179,14 +71,15 @@ class Refinement {
           local.translation();
       const Eigen::Vector3d arm = local.rotation() * (camera.rotation() * antenna_cam_m_);
       jacobian << -Skew(path + arm), Eigen::Matrix3d::Identity(), path, velocity;
-      normal.Add<3>(per_sigma[i].asDiagonal() * jacobian,
-                    per_sigma[i].cwiseProduct(Residual(estimate, positions_[i], antenna_cam_m_)));
+      normal.Add<3>(
+          per_sigma[i].asDiagonal() * jacobian,
+          per_sigma[i].cwiseProduct(AntennaResidual(estimate, positions_[i], antenna_cam_m_)));
     }
     AddPriors(estimate, side / static_cast<double>(positions_.size()), &normal);
     return normal;
   }
 
-  Estimate Solve(Estimate estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
+  PathEstimate Solve(PathEstimate estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
     for (int step = 0; step < kMaxSteps; ++step) {
       const Normal normal = Linearize(estimate, per_sigma);
       const Vector8d change = -normal.information.ldlt().solve(normal.gradient);
@@ -203,7 +96,7 @@ class Refinement {
   }
 
  private:
-  void AddPriors(const Estimate& estimate, const Eigen::Vector3d& side, Normal* normal) const {
+  void AddPriors(const PathEstimate& estimate, const Eigen::Vector3d& side, Normal* normal) const {
     Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
     level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
     normal->Add<1>(level, Eigen::Matrix<double, 1, 1>(side.z() / level_sigma_));
@@ -212,23 +105,36 @@ class Refinement {
     offset[kClockOffset] = per_sigma;
     const double away_s = placed_offset_s_ + estimate.clock_shift_s - clock_.offset_s;
     normal->Add<1>(offset, Eigen::Matrix<double, 1, 1>(per_sigma * away_s));
+    if (known_) AddKnown(estimate.local_from_world, normal);
   }
 
-  const Positions& positions_;
+  void AddKnown(const Sim3& local_from_world, Normal* normal) const {
+    Eigen::Matrix<double, 1, 8> scale = Eigen::Matrix<double, 1, 8>::Zero();
+    scale[kLogScale] = 1 / known_->scale_sigma;
+    normal->Add<1>(scale, Eigen::Matrix<double, 1, 1>(std::log(local_from_world.scale()) /
+                                                      known_->scale_sigma));
+    const Eigen::Vector3d up = local_from_world.rotation() * Eigen::Vector3d::UnitZ();
+    Eigen::Matrix<double, 2, 8> tilt = Eigen::Matrix<double, 2, 8>::Zero();
+    tilt.middleCols<3>(kTurn) = -Skew(up).topRows<2>() / known_->tilt_sigma_rad;
+    normal->Add<2>(tilt, up.head<2>() / known_->tilt_sigma_rad);
+  }
+
+  const PathPositions& positions_;
   const Eigen::Vector3d antenna_cam_m_;
   const ClockPrior clock_;
   const double placed_offset_s_, level_sigma_;
+  const MetricPrior* known_;
 };
 
 /// How far the residuals of some axes spread, over what they should.
-double Spread(const Estimate& estimate, const Positions& positions,
+double Spread(const PathEstimate& estimate, const PathPositions& positions,
               const std::vector<uint8_t>& outlier, const Eigen::Vector3d& antenna_cam_m,
               int first_axis, int axes) {
   std::vector<double> lengths;
   for (size_t i = 0; i < positions.size(); ++i) {
     if (outlier[i]) continue;
     const Eigen::Vector3d scaled =
-        Residual(estimate, positions[i], antenna_cam_m).cwiseQuotient(positions[i].sigma_m);
+        AntennaResidual(estimate, positions[i], antenna_cam_m).cwiseQuotient(positions[i].sigma_m);
     lengths.push_back(scaled.segment(first_axis, axes).norm());
   }
   if (lengths.empty()) return std::numeric_limits<double>::infinity();
@@ -247,18 +153,24 @@ class RobustFit {
  public:
   RobustFit(const Trajectory& path, const std::vector<LocalFix>& fixes,
             const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock, const GnssNoise& noise,
-            const GeoreferenceOptions& options)
+            const GeoreferenceOptions& options, const MetricPrior* known)
       : path_(path),
         fixes_(fixes),
         antenna_cam_m_(antenna_cam_m),
         clock_(clock),
         noise_(noise),
-        options_(options) {}
+        options_(options),
+        known_(known) {}
 
-  GeoreferenceAttempt Run() {
-    const Hypothesis start = Start();
+  /// From the best hypothesis, or from that turned upright.
+  GeoreferenceAttempt Run(bool upright) {
+    const PathHypothesis start = Start();
     if (std::isinf(start.median)) return {std::nullopt, TooFew()};
-    Estimate estimate = start.estimate;
+    PathEstimate estimate = start.estimate;
+    if (upright) {
+      estimate.local_from_world =
+          Upright(estimate.local_from_world, found_.positions, DownInWorld(found_.positions));
+    }
     double ratio = start.median / kMedianOfChi3;
     found_.horizontal_ratio = found_.vertical_ratio = Believed(ratio);
     for (int round = 0; round < kMaxRounds; ++round) {
@@ -276,6 +188,11 @@ class RobustFit {
     return Judge();
   }
 
+  /// Of the fixes from the path that Run() found.
+  double MedianDistance() const {
+    return Median(AntennaDistances({found_.local_from_world, 0}, found_.positions, antenna_cam_m_));
+  }
+
  private:
   void PlaceAt(double offset_s) {
     found_.clock_offset_s = offset_s;
@@ -284,14 +201,15 @@ class RobustFit {
       found_.outlier.assign(found_.positions.size(), 0);
   }
 
-  Hypothesis Start() {
+  PathHypothesis Start() {
     const int steps = static_cast<int>(kOffsetSigmas * clock_.sigma_s / kOffsetStep_s);
-    Hypothesis best;
+    PathHypothesis best;
     double best_offset_s = clock_.offset_s;
     for (int i = -steps; i <= steps; ++i) {
       const double offset_s = clock_.offset_s + i * kOffsetStep_s;
-      const Hypothesis hypothesis =
-          BestHypothesis(PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s), antenna_cam_m_);
+      const PathPositions positions = PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s);
+      const PathHypothesis hypothesis =
+          BestHypothesis(positions, antenna_cam_m_, DownInWorld(positions));
       if (hypothesis.median < best.median) {
         best = hypothesis;
         best_offset_s = offset_s;
@@ -301,6 +219,10 @@ class RobustFit {
     return best;
   }
 
+  Eigen::Vector3d DownInWorld(const PathPositions& positions) const {
+    return known_ ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : DownByCameras(positions);
+  }
+
   /// What the spread says of the standard deviations.
   static double Believed(double ratio) { return std::max(ratio, kLeastRatio); }
 
@@ -308,20 +230,21 @@ class RobustFit {
     return {found_.horizontal_ratio, found_.horizontal_ratio, found_.vertical_ratio};
   }
 
-  void MarkOutliers(const Estimate& estimate) {
+  void MarkOutliers(const PathEstimate& estimate) {
     for (size_t i = 0; i < found_.positions.size(); ++i) {
       const PositionOnPath& at = found_.positions[i];
-      const Eigen::Vector3d scaled =
-          Residual(estimate, at, antenna_cam_m_).cwiseQuotient(at.sigma_m).cwiseQuotient(Ratios());
+      const Eigen::Vector3d scaled = AntennaResidual(estimate, at, antenna_cam_m_)
+                                         .cwiseQuotient(at.sigma_m)
+                                         .cwiseQuotient(Ratios());
       found_.outlier[i] = scaled.norm() > options_.outlier_sigmas;
     }
   }
 
-  Estimate Refine(const Estimate& estimate) {
+  PathEstimate Refine(const PathEstimate& estimate) {
     CountIndependent();
     const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
-                                options_);
-    const Estimate refined = refinement.Solve(estimate, PerSigma());
+                                options_, known_);
+    const PathEstimate refined = refinement.Solve(estimate, PerSigma());
     found_.horizontal_ratio =
         Believed(Spread(refined, found_.positions, found_.outlier, antenna_cam_m_, 0, 2));
     found_.vertical_ratio =
@@ -346,18 +269,18 @@ class RobustFit {
     return per_sigma;
   }
 
-  void Conclude(const Estimate& estimate) {
+  void Conclude(const PathEstimate& estimate) {
     found_.local_from_world = estimate.local_from_world;
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();
     for (size_t i = 0; i < found_.positions.size(); ++i) {
       if (!found_.outlier[i])
-        squares += Residual(estimate, found_.positions[i], antenna_cam_m_).cwiseAbs2();
+        squares += AntennaResidual(estimate, found_.positions[i], antenna_cam_m_).cwiseAbs2();
     }
     squares /= found_.used();
     found_.horizontal_rms_m = std::sqrt(squares.x() + squares.y());
     found_.vertical_rms_m = std::sqrt(squares.z());
     const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
-                                options_);
+                                options_, known_);
     const Matrix8d information = refinement.Linearize(estimate, PerSigma()).information;
     const Eigen::LLT<Matrix8d> factor(information);
     found_.covariance = factor.info() == Eigen::Success
@@ -396,6 +319,7 @@ class RobustFit {
   const ClockPrior clock_;
   const GnssNoise noise_;
   const GeoreferenceOptions options_;
+  const MetricPrior* known_;
   Georeference found_;
 };
 
@@ -432,10 +356,17 @@ Eigen::Vector3d Georeference::IndependentSigma(size_t i) const {
 
 GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                      const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
-                                     const GnssNoise& noise, const GeoreferenceOptions& options) {
+                                     const GnssNoise& noise, const GeoreferenceOptions& options,
+                                     const MetricPrior* known) {
   noise.Check();
   options.Check();
-  return RobustFit(path, fixes, antenna_cam_m, clock, noise, options).Run();
+  RobustFit upright(path, fixes, antenna_cam_m, clock, noise, options, known);
+  RobustFit as_found = upright;
+  GeoreferenceAttempt attempt = upright.Run(true), other = as_found.Run(false);
+  if (!attempt.found) return other;
+  const bool fixes_contradict =
+      other.found && kMuchWorse * as_found.MedianDistance() < upright.MedianDistance();
+  return fixes_contradict ? other : attempt;
 }
 
 }  // namespace deepuav

@@ -71,6 +71,12 @@ struct ClockPrior {
   double offset_s = 0, sigma_s = 0;
 };
 
+/// That a path is in metres and its z axis points up, by an inertial sensor.
+struct MetricPrior {
+  double scale_sigma = 0;  ///< As a share of the scale.
+  double tilt_sigma_rad = 0;
+};
+
 struct GeoreferenceAttempt {
   std::optional<Georeference> found;
   std::string reason;  ///< Why nothing was found, for a person.
@@ -81,9 +87,10 @@ struct GeoreferenceAttempt {
 /// distance, then iteratively reweighted least squares over all that are no outliers. The errors of
 /// fixes count as correlated over `noise.correlation_s`. Refused, with the reason, where fixes are
 /// too few or their covariance leaves scale or orientation open: straight or short flights, or a
-/// hover. The same input gives the same result.
+/// hover. `known`, if given, counts beside the fixes. The same input gives the same result.
 GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                      const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
-                                     const GnssNoise& noise, const GeoreferenceOptions& options);
+                                     const GnssNoise& noise, const GeoreferenceOptions& options,
+                                     const MetricPrior* known = nullptr);
 
 }  // namespace deepuav

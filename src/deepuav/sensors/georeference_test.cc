@@ -183,6 +183,68 @@ TEST_F(GeoreferenceTest, AStraightFlightIsToldByALevelCameraOnly) {
   EXPECT_GT(attempt.found->turn_sigma_rad(), 0.05);
 }
 
+TEST_F(GeoreferenceTest, ANearlyStraightFlightComesOutUpright) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    for (TimedPose& pose : flight_) {
+      const double x = 4 * SecondsBetween(flight_.front().time, pose.time);
+      const Eigen::Vector3d position(x, std::sin(x / 60), 17);
+      pose.world_from_cam = SE3(RotationExp({0, 0, 0.7}) * RotationExp({-2.3, 0, 0}), position);
+    }
+    fixes_ = FixesOf(flight_, 0.3, &random);
+    const double y_phase = random.Uniform(0, 2 * M_PI), z_phase = random.Uniform(0, 2 * M_PI);
+    for (LocalFix& fix : fixes_) {  // A receiver's errors change slowly.
+      const double t = SecondsBetween(flight_.front().time, fix.time);
+      fix.position_m +=
+          Eigen::Vector3d(0, 0.8 * std::sin(t / 8 + y_phase), 1.5 * std::sin(t / 12 + z_phase));
+    }
+    const auto attempt = Find();
+    ASSERT_TRUE(attempt.found) << attempt.reason;
+    const Eigen::Vector3d up = attempt.found->local_from_world.rotation() *
+                               (kMapFromLocal.rotation() * Eigen::Vector3d::UnitZ());
+    EXPECT_GT(up.z(), 0.9) << seed;
+  }
+}
+
+/// What the camera makes of the flight where an IMU has given it metres and a level: another
+/// heading.
+class KnownGeoreferenceTest : public GeoreferenceTest {
+ protected:
+  KnownGeoreferenceTest() {
+    for (TimedPose& pose : flight_) {
+      const double x = 4 * SecondsBetween(flight_.front().time, pose.time);
+      pose.world_from_cam = SE3(RotationExp({-M_PI / 2, 0, 0}), Eigen::Vector3d(x, 0, 17));
+    }
+    fixes_ = FixesOf(flight_, 0.5, &random_);
+  }
+  GeoreferenceAttempt FindKnown(const Sim3& map_from_local, const MetricPrior& known) const {
+    return FindGeoreference(MoveTrajectory(map_from_local, flight_), fixes_, kAntenna, clock_,
+                            noise_, options_, &known);
+  }
+
+  const Sim3 heading_{1, RotationExp({0, 0, 2}), {5, 6, 7}};
+};
+
+TEST_F(KnownGeoreferenceTest, MetresAndLevelTellAStraightFlight) {
+  const auto attempt = FindKnown(heading_, {0.003, 0.01});
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  const Sim3& local = attempt.found->local_from_world;
+  EXPECT_NEAR(local.scale(), 1, 0.004);
+  EXPECT_LT((local.rotation() * Eigen::Vector3d::UnitZ()).head<2>().norm(), 0.02);
+  EXPECT_LT(attempt.found->scale_sigma(), 0.003);
+  EXPECT_LT(attempt.found->turn_sigma_rad(), 0.02);
+  EXPECT_EQ(attempt.found->used(), 300);
+}
+
+TEST_F(KnownGeoreferenceTest, WhatIsHardlyKnownIsToldByTheFixes) {
+  flight_ = Flight(60);
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  const Sim3 wrong(1.1, RotationExp({0.1, 0, 0}), {0, 0, 0});
+  const auto attempt = FindKnown(wrong * heading_, {1, 1});
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_NEAR(attempt.found->local_from_world.scale(), 1 / 1.1, 0.02);
+}
+
 TEST_F(GeoreferenceTest, FewFixesAreRefused) {
   fixes_.resize(4);
   const auto attempt = Find();

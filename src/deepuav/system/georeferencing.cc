@@ -13,6 +13,29 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr int kRounds = 2;  // Who is an outlier shows better once the fixes took out the drift.
+/// Pairs of keyframes whose distances together hold the scale of a map.
+constexpr int kDistances = 20;
+/// Over their common standard deviation: fixes and IMU contradict each other.
+constexpr double kContradictionSigmas = 4;
+/// Knows which way is about up, and nothing more.
+constexpr MetricPrior kRoughlyUp{1e3, 1e3};
+
+/// How far the fixes alone would move what the prior knows, over the standard deviation of that.
+double Contradiction(const Georeference& by_fixes, const MetricPrior& known) {
+  const auto sigmas = [](double difference, double sigma, double known_sigma) {
+    return std::abs(difference) / std::hypot(sigma, known_sigma);
+  };
+  const double scale = std::log(by_fixes.local_from_world.scale());
+  double most = sigmas(scale, by_fixes.scale_sigma(), known.scale_sigma);
+  const Eigen::Vector3d up = by_fixes.local_from_world.rotation() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector2d turn =  // By which the fixes tilt the map.
+      std::atan2(up.head<2>().norm(), up.z()) * Eigen::Vector2d(-up.y(), up.x()).stableNormalized();
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sigma = std::sqrt(by_fixes.covariance(kTurn + axis, kTurn + axis));
+    most = std::max(most, sigmas(turn[axis], sigma, known.tilt_sigma_rad));
+  }
+  return most;
+}
 
 }  // namespace
 
@@ -33,8 +56,12 @@ void SensorUseOptions::Check() const {
 }
 
 Georeferencing::Georeferencing(const SensorStreams& streams, const SensorUseOptions& options,
-                               Mapper* mapper, Atlas* atlas)
-    : streams_(streams), options_(options), mapper_(mapper), atlas_(atlas) {
+                               MetricPriors priors, Mapper* mapper, Atlas* atlas)
+    : streams_(streams),
+      options_(options),
+      priors_(std::move(priors)),
+      mapper_(mapper),
+      atlas_(atlas) {
   if (streams.gnss.fixes.empty()) return;
   const GnssFix& first = streams.gnss.fixes.front();
   origin_ = {first.latitude_deg, first.longitude_deg, first.altitude_m.value_or(0)};
@@ -48,23 +75,27 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
   report.origin = origin_;
   ClockPrior clock{options_.gnss_clock_offset_s,
                    options_.search_gnss_clock ? streams_.gnss.clock_sigma_s : 0};
-  GeoreferenceAttempt attempt = Find(PathIn(*atlas_, map, records), clock);
+  const Trajectory path = PathIn(*atlas_, map, records);
+  const MetricPrior* known = KnownOf(map, path, clock);
+  GeoreferenceAttempt attempt = Find(path, clock, known);
   report.reason = attempt.reason;
   if (!attempt.found) return report;
   report.found = attempt.found;
+  report.held_by_imu = known != nullptr;
+  std::optional<MapFactors> by_imu;
+  if (known) by_imu = MetricFactors(map, *known);
   mapper_->ChangeGauge(map, attempt.found->local_from_world,
                        {GaugeKind::kGeoreferenced, origin_, attempt.found->scale_sigma()});
   clock = {attempt.found->clock_offset_s, 0};
   for (int round = 0; round < kRounds && !(stop && stop()); ++round) {
     // Outliers and spread about the path as it is now; its place follows from the factors.
-    attempt = Find(PathIn(*atlas_, map, records), clock);
+    attempt = Find(PathIn(*atlas_, map, records), clock, known);
     if (!attempt.found) break;
-    const MapFactors factors = FactorsOf(map, *attempt.found);
+    const MapFactors factors = FactorsOf(map, *attempt.found, by_imu);
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &factors);
     report.height_steps = static_cast<int>(factors.height_steps.size());
   }
-  const Trajectory path = PathIn(*atlas_, map, records);
-  if (attempt = Find(path, clock); attempt.found) {
+  if (attempt = Find(PathIn(*atlas_, map, records), clock, known); attempt.found) {
     report.fixes = static_cast<int>(attempt.found->positions.size());
     report.used = attempt.found->used();
     report.horizontal_rms_m = attempt.found->horizontal_rms_m;
@@ -102,17 +133,58 @@ std::vector<Georeferencing::TimedKeyframe> Georeferencing::KeyframesOf(MapId map
   return keyframes;
 }
 
-GeoreferenceAttempt Georeferencing::Find(const Trajectory& path, const ClockPrior& clock) const {
+GeoreferenceAttempt Georeferencing::Find(const Trajectory& path, const ClockPrior& clock,
+                                         const MetricPrior* known) const {
   return FindGeoreference(path, fixes_, streams_.gnss.antenna_cam_m, clock, options_.gnss,
-                          options_.georeference);
+                          options_.georeference, known);
 }
 
-MapFactors Georeferencing::FactorsOf(MapId map, const Georeference& found) const {
+const MetricPrior* Georeferencing::KnownOf(MapId map, const Trajectory& path,
+                                           const ClockPrior& clock) const {
+  const auto prior = priors_.find(map);
+  if (prior == priors_.end() || atlas_->GaugeOf(map).kind != GaugeKind::kMetric) return nullptr;
+  const GeoreferenceAttempt by_fixes = Find(path, clock, &kRoughlyUp);
+  if (!by_fixes.found || Contradiction(*by_fixes.found, prior->second) <= kContradictionSigmas)
+    return &prior->second;
+  Log().warn(
+      "the fixes contradict the IMU on map {}: scale {:.3f} of the IMU's; the fixes are believed",
+      map.value, by_fixes.found->local_from_world.scale());
+  return nullptr;
+}
+
+MapFactors Georeferencing::FactorsOf(MapId map, const Georeference& found,
+                                     const std::optional<MapFactors>& by_imu) const {
   const std::vector<TimedKeyframe> keyframes = KeyframesOf(map);
-  MapFactors factors;
+  MapFactors factors = by_imu.value_or(MapFactors{});
   AddPositions(atlas_->At(map), keyframes, found, &factors);
   AddHeightSteps(keyframes, &factors);
-  AddLevels(keyframes, &factors);
+  if (!by_imu) AddLevels(keyframes, &factors);
+  return factors;
+}
+
+/// So weak each that all together say what the prior says.
+MapFactors Georeferencing::MetricFactors(MapId id, const MetricPrior& known) const {
+  const Map& map = atlas_->At(id);
+  const std::vector<TimedKeyframe> keyframes = KeyframesOf(id);
+  MapFactors factors;
+  const double level_per_sigma =
+      1 / (known.tilt_sigma_rad * std::sqrt(static_cast<double>(keyframes.size())));
+  for (const TimedKeyframe& keyframe : keyframes) {
+    const Eigen::Matrix3d cam_from_world = map.At(keyframe.id).cam_from_world.RotationMatrix();
+    for (int axis = 0; axis < 2; ++axis)
+      factors.levels.push_back({keyframe.id, {0, level_per_sigma, cam_from_world.col(axis)}});
+  }
+  const size_t pairs = std::min<size_t>(kDistances, keyframes.size() - 1);
+  const double share_sigma = known.scale_sigma * std::sqrt(static_cast<double>(pairs));
+  for (size_t k = 0; k < pairs; ++k) {
+    const KeyframeId first = keyframes[k * (keyframes.size() - 1) / pairs].id;
+    const KeyframeId second = keyframes[(k + 1) * (keyframes.size() - 1) / pairs].id;
+    const double distance = (map.At(second).cam_from_world.InverseTranslation() -
+                             map.At(first).cam_from_world.InverseTranslation())
+                                .norm();
+    if (distance > 0)
+      factors.distances.push_back({first, second, {0, 0, distance, 1 / (share_sigma * distance)}});
+  }
   return factors;
 }
 

@@ -55,20 +55,25 @@ struct GeoreferenceReport {
   std::optional<Georeference> found;  ///< Before the map was adjusted with the fixes.
   std::string reason;                 ///< Why not, for a person.
   GeoPoint origin;
-  int fixes = 0;                                    ///< That lie on the path.
-  int used = 0;                                     ///< Of these, no outliers.
-  int height_steps = 0;                             ///< Of the barometer.
+  int fixes = 0;             ///< That lie on the path.
+  int used = 0;              ///< Of these, no outliers.
+  int height_steps = 0;      ///< Of the barometer.
+  bool held_by_imu = false;  ///< In scale and level, by what an IMU had said of the map.
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used, at the end.
 };
 
+/// What an IMU said of the maps that it gave metres.
+using MetricPriors = std::map<MapId, MetricPrior>;
+
 /// Gives maps their place on Earth at the end of a run: finds the similarity under which the path
 /// lies nearest to the fixes, changes the map's gauge, and adjusts the map once more with the fixes
-/// and the barometer's height steps.
+/// and the barometer's height steps. Scale and level that an IMU gave before hold as they are
+/// known, unless the fixes contradict them.
 class Georeferencing {
  public:
   /// All must outlive it.
-  Georeferencing(const SensorStreams& streams, const SensorUseOptions& options, Mapper* mapper,
-                 Atlas* atlas);
+  Georeferencing(const SensorStreams& streams, const SensorUseOptions& options, MetricPriors priors,
+                 Mapper* mapper, Atlas* atlas);
 
   /// `records`: of all frames, their anchored poses valid.
   GeoreferenceReport Apply(MapId map, const std::vector<FrameRecord>& records, Pinhole* pinhole,
@@ -89,12 +94,18 @@ class Georeferencing {
   };
 
   std::vector<TimedKeyframe> KeyframesOf(MapId map) const;
-  GeoreferenceAttempt Find(const Trajectory& path, const ClockPrior& clock) const;
-  MapFactors FactorsOf(MapId map, const Georeference& found) const;
+  GeoreferenceAttempt Find(const Trajectory& path, const ClockPrior& clock,
+                           const MetricPrior* known) const;
+  /// Of the map, unless its fixes contradict it.
+  const MetricPrior* KnownOf(MapId map, const Trajectory& path, const ClockPrior& clock) const;
+  MapFactors FactorsOf(MapId map, const Georeference& found,
+                       const std::optional<MapFactors>& by_imu) const;
   void AddPositions(const Map& map, const std::vector<TimedKeyframe>& keyframes,
                     const Georeference& found, MapFactors* factors) const;
   void AddHeightSteps(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
   void AddLevels(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
+  /// That the map keeps its scale and level.
+  MapFactors MetricFactors(MapId map, const MetricPrior& known) const;
   /// The barometer's height at a moment, and the variance of its white error.
   struct Height {
     double height_m, variance_m2;
@@ -103,6 +114,7 @@ class Georeferencing {
 
   const SensorStreams& streams_;
   const SensorUseOptions options_;
+  const MetricPriors priors_;
   Mapper* mapper_;
   Atlas* atlas_;
   GeoPoint origin_;

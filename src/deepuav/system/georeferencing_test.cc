@@ -83,7 +83,7 @@ class GeoreferencingTest : public testing::Test {
 
   GeoreferenceReport Apply() {
     Mapper mapper(camera(), {}, &made_.atlas, nullptr);
-    Georeferencing georeferencing(streams_, options_, &mapper, &made_.atlas);
+    Georeferencing georeferencing(streams_, options_, priors_, &mapper, &made_.atlas);
     Pinhole pinhole = world_.world().pinhole;
     return georeferencing.Apply(MapId{0}, records_, &pinhole, false, nullptr);
   }
@@ -115,6 +115,7 @@ class GeoreferencingTest : public testing::Test {
   std::vector<FrameRecord> records_;
   SensorStreams streams_;
   SensorUseOptions options_;
+  MetricPriors priors_;
 };
 
 TEST_F(GeoreferencingTest, AMapComesToItsPlaceOnEarth) {
@@ -155,6 +156,51 @@ TEST_F(GeoreferencingTest, OutliersAndAJumpOfTheBarometerDoNotMoveTheMap) {
   ASSERT_TRUE(report.found) << report.reason;
   EXPECT_EQ(report.used, kRows * kColumns - 5);
   EXPECT_LT(Error(report.origin), 0.25);
+}
+
+/// The map in metres and level, but for these errors, as by an IMU.
+class GeoreferencingOfMetresTest : public GeoreferencingTest {
+ protected:
+  GeoreferenceReport ApplyTo(double scale, double tilt_rad) {
+    const Sim3 metric = Sim3(scale, RotationExp({tilt_rad, 0, 0}), {0, 0, 0}) *
+                        Sim3(1, RotationExp({0, 0, 2}), {0, 0, 0}) * kMapFromLocal.Inverse();
+    Mapper mapper(camera(), {}, &made_.atlas, nullptr);
+    mapper.ChangeGauge(MapId{0}, metric, {GaugeKind::kMetric, {}, kPrior.scale_sigma});
+    priors_[MapId{0}] = kPrior;
+    return Apply();
+  }
+  double Scale() {
+    const auto center = [&](size_t i) {
+      return map().At(visit_.keyframes[i]).cam_from_world.InverseTranslation();
+    };
+    const auto truth = [&](size_t i) { return flight_[i].InverseTranslation(); };
+    return (center(0) - center(40)).norm() / (truth(0) - truth(40)).norm();
+  }
+
+  static constexpr MetricPrior kPrior{0.002, 0.005};
+};
+
+TEST_F(GeoreferencingOfMetresTest, ScaleAndLevelHoldAgainstFixesThatTellLess) {
+  // As a receiver's errors do that change within minutes.
+  for (size_t i = 0; i < streams_.gnss.fixes.size(); ++i)
+    streams_.gnss.fixes[i].longitude_deg += 3e-7 * static_cast<double>(i % kColumns);
+  options_.gnss.correlation_s = 60;
+  const GeoreferenceReport report = ApplyTo(1, 0);
+  ASSERT_TRUE(report.found) << report.reason;
+  EXPECT_TRUE(report.held_by_imu);
+  EXPECT_NEAR(Scale(), 1, 0.005);
+  EXPECT_EQ(made_.atlas.GaugeOf(MapId{0}).kind, GaugeKind::kGeoreferenced);
+  EXPECT_LE(report.found->scale_sigma(), kPrior.scale_sigma);
+}
+
+TEST_F(GeoreferencingOfMetresTest, FixesAreBelievedWhereTheyContradict) {
+  for (const auto& [scale, tilt_rad] : {std::pair(1.2, 0.), std::pair(1., 0.3)}) {
+    const GeoreferenceReport report = ApplyTo(scale, tilt_rad);
+    ASSERT_TRUE(report.found) << report.reason;
+    EXPECT_FALSE(report.held_by_imu);
+    EXPECT_LT(Error(report.origin), 0.25);
+    made_.atlas.At(MapId{0}).Transform(kMapFromLocal);
+  }
 }
 
 TEST_F(GeoreferencingTest, FixesOfAnotherTimeLeaveTheMapAsItIs) {

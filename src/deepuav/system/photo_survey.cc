@@ -47,7 +47,7 @@ void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& optio
   Camera& camera = run->outcome.camera;
   Atlas& atlas = run->outcome.atlas;
   Mapper mapper(camera, options.mapping, &atlas, clock);
-  Georeferencing georeferencing(sensors, options.sensors, &mapper, &atlas);
+  Georeferencing georeferencing(sensors, options.sensors, {}, &mapper, &atlas);
   run->result.georeferences = georeferencing.ApplyToAll(
       atlas.Remaining(), run->result.frames, &camera.pinhole, [](MapId) { return false; }, stop);
   for (FrameRecord& record : run->result.frames) {

@@ -330,7 +330,11 @@ std::vector<ReckonedFrame> Slam::BridgeByImu(SlamResult* result) {
 void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
   if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
   const StageScope stage(&clock_, "georeference");
-  Georeferencing georeferencing(sensors_, options_.sensors, &mapper_, &atlas_);
+  MetricPriors priors;
+  for (const auto& [map, attempt] : result->inertial) {
+    if (attempt.found) priors[map] = {attempt.found->scale_sigma, attempt.found->tilt_sigma_rad};
+  }
+  Georeferencing georeferencing(sensors_, options_.sensors, priors, &mapper_, &atlas_);
   result->georeferences = georeferencing.ApplyToAll(
       ByKeyframes(atlas_), result->frames, &camera_.pinhole,
       [this](MapId map) { return RefinesFocalIn(map); }, stop);
