@@ -69,6 +69,15 @@ class Measuring {
   SightPixel& PixelOf(const Track::Sight& sight) {
     return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
   }
+  /// What was detected at a part of the size says so much less of where the patch is.
+  PatchOptions OptionsFor(const Track::Sight& sight) {
+    PatchOptions options = survey_.options;
+    const double sigma_px = PixelOf(sight).noise.SigmaPx();
+    if (PixelOf(sight).by_patch || sigma_px <= 1) return options;
+    options.prior_sigma_px *= sigma_px;
+    options.max_shift_px *= sigma_px;
+    return options;
+  }
   bool MeasureBy(const SeenPoint& seen, const Track::Sight& reference, const Track::Sight& sight) {
     const auto reference_px =
         survey_.camera.Undistort(KeypointOf(reference).image_px.cast<double>());
@@ -80,7 +89,7 @@ class Measuring {
                               KeypointOf(sight).px.cast<double>()};
     const auto aligned = AlignSurface(
         *FrameOf(reference).image, patch, PoseOf(sight) * reference_from_world.Inverse(),
-        *FrameOf(sight).image, start.image_px, survey_.camera, survey_.options);
+        *FrameOf(sight).image, start.image_px, survey_.camera, OptionsFor(sight));
     if (!aligned) return false;
     // The reference's pixel is its own by definition, but for what a patch can tell at best.
     const PixelNoise noise = aligned->noise.Plus(survey_.options.min_sigma_px);

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,14 +18,25 @@ namespace deepuav {
 
 /// A photograph as the survey sees it.
 struct SurveyView {
+  static constexpr int kMostHalvings = 2;
+
   Frame frame;
-  TurnedDescriptors turned;  ///< Of the same key points under other headings, or without rows.
+  TurnedDescriptors turned;  ///< Of its key points under other headings, or without rows.
+  /// Of the photograph as it is, at half and at a quarter of its size: the frame's are then all of
+  /// these, one after the other. Empty until it was looked at reduced.
+  std::vector<std::shared_ptr<const Features>> features_by_halvings = {};
+
+  int Halvings() const { return std::max(0, static_cast<int>(features_by_halvings.size()) - 1); }
+  const Features& FeaturesAt(int halvings) const;
+  /// Of those at so many halvings among the frame's.
+  int FirstKeypoint(int halvings) const;
 };
 
 /// Two photographs that may show the same ground.
 struct PairCandidate {
   int a = 0, b = 0;
   int quarter_turns = 0;  ///< Clockwise, of a, after which it looks like b.
+  int halvings = 0;       ///< Of the size of a; negative: of b.
 
   auto operator<=>(const PairCandidate&) const = default;
 };
@@ -54,6 +67,8 @@ class PairMatching {
 
  private:
   std::vector<deepuav::Match> MatchCandidate(const PairCandidate& candidate);
+  std::vector<deepuav::Match> MatchUpright(const PairCandidate& candidate);
+  std::vector<deepuav::Match> MatchReduced(const PairCandidate& candidate);
   std::vector<deepuav::Match> Verify(const PairCandidate& candidate,
                                      const std::vector<deepuav::Match>& matches) const;
 

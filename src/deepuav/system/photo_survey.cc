@@ -1,5 +1,7 @@
 #include "deepuav/system/photo_survey.h"
 
+#include <utility>
+
 #include "deepuav/base/time.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/system/frame_feed.h"
@@ -86,17 +88,23 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   };
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
-  SurveyMapper mapper(camera, focal_sigma, options.survey, {quick, learned, perception.vocabulary},
-                      &clock, {options.patches, options.mapping.model_noise});
+  SurveyMapper mapper(camera, focal_sigma, options.survey,
+                      {quick, learned, perception.vocabulary, perception.reduced}, &clock,
+                      {options.patches, options.mapping.model_noise});
+  std::vector<Frame> frames;
+  for (const SurveyView& view : views) {
+    frames.push_back(view.frame);
+    frames.back().image.reset();
+  }
   try {
-    run.outcome = mapper.Run(views, late);
+    run.outcome = mapper.Run(std::move(views), late);
   } catch (const std::exception& error) {
     run.result.failure = error.what();
-    run.outcome.places.resize(views.size());
+    run.outcome.places.resize(frames.size());
     run.outcome.camera = camera;
   }
-  for (size_t v = 0; v < views.size(); ++v) {
-    run.result.frames.push_back(RecordOf(views[v].frame, run.outcome, run.outcome.places[v]));
+  for (size_t v = 0; v < frames.size(); ++v) {
+    run.result.frames.push_back(RecordOf(frames[v], run.outcome, run.outcome.places[v]));
   }
   try {
     GeoreferenceSurvey(sensors, options, &clock, late, &run);
