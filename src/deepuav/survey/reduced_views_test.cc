@@ -54,7 +54,7 @@ class ReducedViewsTest : public ::testing::Test {
   static SyntheticWorld Ground() {
     Random random(1);
     SyntheticWorld geometry;
-    geometry.landmarks_world = LandmarksOnGround(14000, {-50, -40}, {70, 50}, 3, &random);
+    geometry.landmarks_world = LandmarksOnGround(5000, {-50, -40}, {70, 50}, 3, &random);
     return geometry;
   }
 
