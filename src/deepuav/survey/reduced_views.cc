@@ -96,8 +96,8 @@ void AddNeighbours(int view, int count, const SurveyOptions& options,
 }  // namespace
 
 void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView* view) {
-  const auto& image = view->frame.image;
-  if (!image || view->features_by_halvings.size() > 1) return;
+  if (!view->HasImage() || view->features_by_halvings.size() > 1) return;
+  const auto image = view->Image();
   auto all = std::make_shared<Features>(*view->frame.features);
   view->features_by_halvings = {view->frame.features};
   for (int halvings = 1; halvings <= SurveyView::kMostHalvings && halvings < image->levels();

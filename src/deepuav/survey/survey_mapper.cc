@@ -163,6 +163,9 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
     GrowFurther(taken, *pairs, stop, &built);
   }
   KeepLensOneToOne(stop, &built);
+  // Only what stays outside is matched after this.
+  for (const int view : ViewsIn(built.state))
+    views_[static_cast<size_t>(view)].turned.fill(Descriptors());
   Sharpen(stop, &built);
   return built;
 }
@@ -282,6 +285,8 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
       if (keyframes[v].valid()) outcome.places[v] = {map, keyframes[v]};
     }
   }
+  views_.clear();
+  px_.clear();
   return outcome;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "deepuav/features/turned_describer.h"
+#include "deepuav/image/image_store.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/place/vocabulary.h"
@@ -20,12 +21,20 @@ namespace deepuav {
 struct SurveyView {
   static constexpr int kMostHalvings = 2;
 
-  Frame frame;
+  Frame frame;               ///< Its image: null where `images` has it.
   TurnedDescriptors turned;  ///< Of its key points under other headings, or without rows.
   /// Of the photograph as it is, at half and at a quarter of its size: the frame's are then all of
   /// these, one after the other. Empty until it was looked at reduced.
   std::vector<std::shared_ptr<const Features>> features_by_halvings = {};
 
+  ImageStore* images = nullptr;  ///< Must outlive the view.
+  int image_number = -1;         ///< Among these.
+
+  /// Null: none was kept. Throws Error where it cannot be read back.
+  std::shared_ptr<const ImagePyramid> Image() const {
+    return images ? images->At(image_number) : frame.image;
+  }
+  bool HasImage() const { return images || frame.image; }
   int Halvings() const { return std::max(0, static_cast<int>(features_by_halvings.size()) - 1); }
   const Features& FeaturesAt(int halvings) const;
   /// Of those at so many halvings among the frame's.
