@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kLevels = 3;
 
-std::shared_ptr<const ImagePyramid> Noise(int width, int height, uint64_t seed) {
+std::shared_ptr<const ImagePyramid> Noise(int width, int height, int seed) {
   GreyImage image(height, width);
-  cv::RNG(seed).fill(image, cv::RNG::UNIFORM, 0, 256);
+  cv::RNG(static_cast<uint64_t>(seed)).fill(image, cv::RNG::UNIFORM, 0, 256);
   return std::make_shared<const ImagePyramid>(image, kLevels);
 }
 
@@ -27,10 +27,9 @@ void ExpectEqual(const ImagePyramid& found, const ImagePyramid& expected) {
 
 TEST(ImageStoreTest, GivesBackEveryPixelInAnyOrder) {
   ImageStore store(2);
-  for (int i = 0; i < 7; ++i)
-    ASSERT_EQ(store.Add(Noise(31 + i, 40 - i, static_cast<uint64_t>(i + 1))), i);
+  for (int i = 0; i < 7; ++i) ASSERT_EQ(store.Add(Noise(31 + i, 40 - i, i + 1)), i);
   for (const int i : {6, 0, 3, 3, 0, 5, 1, 6, 2, 4, 0})
-    ExpectEqual(*store.At(i), *Noise(31 + i, 40 - i, static_cast<uint64_t>(i + 1)));
+    ExpectEqual(*store.At(i), *Noise(31 + i, 40 - i, i + 1));
 }
 
 TEST(ImageStoreTest, KeepsPixelsOfAnImageThatIsAPartOfAnother) {
@@ -46,7 +45,7 @@ TEST(ImageStoreTest, TheLastUsedStayInMemoryAndNoOthers) {
   ImageStore store(2);
   std::vector<std::weak_ptr<const ImagePyramid>> images;
   for (int i = 0; i < 3; ++i) {
-    auto image = Noise(20, 20, static_cast<uint64_t>(i + 1));
+    auto image = Noise(20, 20, i + 1);
     images.push_back(image);
     store.Add(std::move(image));
   }
@@ -70,10 +69,9 @@ TEST(ImageStoreTest, WithoutRoomForAFileAllStayInMemory) {
   const std::string kept = before ? before : "";
   setenv("TMPDIR", "/nonexistent", 1);
   ImageStore store(1);
-  for (int i = 0; i < 3; ++i) store.Add(Noise(20, 20, static_cast<uint64_t>(i + 1)));
+  for (int i = 0; i < 3; ++i) store.Add(Noise(20, 20, i + 1));
   before ? setenv("TMPDIR", kept.c_str(), 1) : unsetenv("TMPDIR");
-  for (int i = 0; i < 3; ++i)
-    ExpectEqual(*store.At(i), *Noise(20, 20, static_cast<uint64_t>(i + 1)));
+  for (int i = 0; i < 3; ++i) ExpectEqual(*store.At(i), *Noise(20, 20, i + 1));
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ std::vector<size_t> ByFallingScore(const Features& features) {
 std::vector<std::vector<uint8_t>> WhatShowsLandmarks(const std::vector<SurveyView>& views,
                                                      const BuiltSurvey& survey) {
   std::vector<std::vector<uint8_t>> shows;
+  shows.reserve(views.size());
   for (const SurveyView& view : views) shows.emplace_back(view.frame.features->keypoints.size(), 0);
   for (size_t t = 0; t < survey.tracks.tracks.size(); ++t) {
     if (!survey.state.points[t]) continue;
