@@ -32,12 +32,12 @@ ReducedImage LoadReduced(const std::filesystem::path& file, int max_side_px);
 
 /// SuperPoint on images of any size, without a calibration. Keeps the networks of the last few
 /// sizes: making one takes longer than running it.
-class AnySizeExtractor {
+class AnySizeExtractor : public LenslessExtractor {
  public:
   AnySizeExtractor(const SuperPointOptions& options, const InferenceOptions& inference)
       : options_(options), inference_(inference) {}
 
-  Features Extract(const GreyImage& image);
+  Features Extract(const GreyImage& image) override;
   /// `features` are of `image`.
   TurnedDescriptors DescribeTurned(const GreyImage& image, const Features& features);
 

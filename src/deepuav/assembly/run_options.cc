@@ -110,7 +110,8 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
       extractor_(camera, options.features, options.inference),
       matcher_(MakeMatcher(options, camera)),
       matcher_is_learned_(NeedsSuperGlue(options)),
-      vocabulary_file_(options.places.vocabulary) {
+      vocabulary_file_(options.places.vocabulary),
+      any_size_(options.features, options.inference) {
   if (!RecognisesPlaces(options)) return;
   if (NeedsSuperGlue(options)) quick_matcher_.emplace(options.matching);
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
@@ -129,7 +130,8 @@ Perception Eyes::perception() {
           vocabulary_ ? &*vocabulary_ : nullptr,
           turned_ ? &*turned_ : nullptr,
           quick_matcher_ ? &*quick_matcher_ : nullptr,
-          matcher_is_learned_};
+          matcher_is_learned_,
+          &any_size_};
 }
 
 std::string Eyes::VocabularyDescription() const {

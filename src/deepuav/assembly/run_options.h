@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/any_size_extractor.h"
 #include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/superpoint.h"
@@ -112,6 +113,7 @@ class Eyes {
   std::string vocabulary_file_;
   std::optional<Vocabulary> vocabulary_;
   std::optional<SuperPointTurned> turned_;
+  AnySizeExtractor any_size_;
 };
 
 }  // namespace deepuav

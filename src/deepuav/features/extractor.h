@@ -26,4 +26,13 @@ class Extractor {
   virtual std::string Description() const = 0;
 };
 
+/// Finds key points in images of any size, through no lens: `px` is `image_px`. One thread at a
+/// time.
+class LenslessExtractor {
+ public:
+  virtual ~LenslessExtractor() = default;
+
+  virtual Features Extract(const GreyImage& image) = 0;
+};
+
 }  // namespace deepuav

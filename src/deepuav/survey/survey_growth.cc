@@ -34,8 +34,12 @@ SurveyGrowth::SurveyGrowth(const Tracks* tracks, const ViewPixels* px, const Sur
       state_(*tracks, px->size(), lens),
       failed_at_(px->size(), 0) {}
 
+const SightPixel& SurveyGrowth::SightOf(const Track::Sight& sight) const {
+  return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
+}
+
 const Eigen::Vector2d& SurveyGrowth::PixelOf(const Track::Sight& sight) const {
-  return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)].px;
+  return SightOf(sight).px;
 }
 
 bool SurveyGrowth::lens_is_young() const {
@@ -44,6 +48,12 @@ bool SurveyGrowth::lens_is_young() const {
 
 double SurveyGrowth::MaxErrorPx() const {
   return (lens_is_young() ? kYoungLens : 1) * options_.max_error_px;
+}
+
+/// What was detected at a part of the size errs by as much more.
+double SurveyGrowth::MaxSquaredErrorPx(const SightPixel& sight) const {
+  const double max_px = MaxErrorPx() * (sight.by_patch ? 1 : sight.noise.SigmaPx());
+  return max_px * max_px;
 }
 
 std::vector<SE3> SurveyGrowth::PosesOf(const MatchedPair& pair) const {
@@ -128,8 +138,11 @@ bool SurveyGrowth::AddView(int view) {
   for (size_t k = 0; k < tracks_->of_keypoint[v].size(); ++k) {
     const int track = tracks_->of_keypoint[v][k];
     if (track < 0 || !state_.points[static_cast<size_t>(track)]) continue;
-    const auto px = state_.lens.Undistort((*px_)[v][k].px);
-    if (px) observations.push_back({*state_.points[static_cast<size_t>(track)], *px, sigma_px});
+    const SightPixel& sight = (*px_)[v][k];
+    const auto px = state_.lens.Undistort(sight.px);
+    if (!px) continue;
+    observations.push_back({*state_.points[static_cast<size_t>(track)], *px,
+                            sigma_px * (sight.by_patch ? 1 : sight.noise.SigmaPx())});
   }
   AbsolutePoseOptions robust;
   robust.max_error_px = 1.5 * MaxErrorPx();
@@ -175,15 +188,16 @@ bool SurveyGrowth::Triangulate(size_t track) {
     Eigen::Vector3d ray;
     Eigen::Vector3d centre;
     Eigen::Vector2d px;
+    double max_squared;
   };
   std::vector<Eye> eyes;
   for (const Track::Sight& sight : tracks_->tracks[track].sights) {
     const auto& pose = state_.cam_from_world[static_cast<size_t>(sight.view)];
     if (!pose || eyes.size() == kTriangulationSights) continue;
     if (const auto ray = state_.lens.Ray(PixelOf(sight)))
-      eyes.push_back({&*pose, *ray, pose->InverseTranslation(), PixelOf(sight)});
+      eyes.push_back({&*pose, *ray, pose->InverseTranslation(), PixelOf(sight),
+                      MaxSquaredErrorPx(SightOf(sight))});
   }
-  const double max_squared = MaxErrorPx() * MaxErrorPx();
   const double min_parallax = options_.min_parallax_deg * std::numbers::pi / 180;
   std::optional<Eigen::Vector3d> best;
   int most = 1;
@@ -197,8 +211,8 @@ bool SurveyGrowth::Triangulate(size_t track) {
       if (parallax < min_parallax) continue;
       int agreeing = 0;
       for (const Eye& eye : eyes) {
-        agreeing +=
-            SquaredErrorPx(state_.lens.camera, *eye.cam_from_world * *point, eye.px) < max_squared;
+        agreeing += SquaredErrorPx(state_.lens.camera, *eye.cam_from_world * *point, eye.px) <
+                    eye.max_squared;
       }
       if (agreeing < most + (best ? 0 : 1) || (agreeing == most && parallax <= widest)) continue;
       best = point, most = agreeing, widest = parallax;
@@ -211,7 +225,6 @@ bool SurveyGrowth::Triangulate(size_t track) {
 
 /// A point with fewer than two sights that agree, or too little parallax between these, is none.
 void SurveyGrowth::JudgeTrack(size_t track) {
-  const double max_squared = MaxErrorPx() * MaxErrorPx();
   const std::vector<Track::Sight>& sights = tracks_->tracks[track].sights;
   std::vector<Eigen::Vector3d> centres;
   for (size_t s = 0; s < sights.size(); ++s) {
@@ -220,7 +233,7 @@ void SurveyGrowth::JudgeTrack(size_t track) {
         pose && SquaredErrorPx(
                     state_.lens.camera,
                     state_.InCamera(*state_.points[track], sights[s].view, PixelOf(sights[s]).y()),
-                    PixelOf(sights[s])) < max_squared;
+                    PixelOf(sights[s])) < MaxSquaredErrorPx(SightOf(sights[s]));
     if (state_.agrees[track][s]) centres.push_back(pose->InverseTranslation());
   }
   constexpr double kStaysWith = 0.5;  // what the adjustment took of the parallax it was made with

@@ -50,6 +50,7 @@ class SurveyGrowth {
 
   bool lens_is_young() const;
   double MaxErrorPx() const;
+  double MaxSquaredErrorPx(const SightPixel& sight) const;
   NextView ChooseNext(const std::set<int>& taken) const;
   bool AddView(int view);
   void TriangulateIn(int view);
@@ -59,6 +60,7 @@ class SurveyGrowth {
   void JudgeTrack(size_t track);
   void AdjustAround(int view, const std::function<bool()>& stop);
   void AdjustAll(int max_iterations, const std::function<bool()>& stop);
+  const SightPixel& SightOf(const Track::Sight& sight) const;
   const Eigen::Vector2d& PixelOf(const Track::Sight& sight) const;
 
   const Tracks* tracks_;

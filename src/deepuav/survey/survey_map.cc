@@ -1,6 +1,9 @@
 #include "deepuav/survey/survey_map.h"
 
+#include <algorithm>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "deepuav/patches/patch_measurement.h"
@@ -8,18 +11,47 @@
 namespace deepuav {
 namespace {
 
+std::vector<size_t> ByFallingScore(const Features& features) {
+  std::vector<size_t> order(features.keypoints.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, std::greater{},
+                           [&](size_t i) { return features.keypoints[i].score; });
+  return order;
+}
+
+/// By view and key point.
+std::vector<std::vector<uint8_t>> WhatShowsLandmarks(const std::vector<SurveyView>& views,
+                                                     const BuiltSurvey& survey) {
+  std::vector<std::vector<uint8_t>> shows;
+  shows.reserve(views.size());
+  for (const SurveyView& view : views) shows.emplace_back(view.frame.features->keypoints.size(), 0);
+  for (size_t t = 0; t < survey.tracks.tracks.size(); ++t) {
+    if (!survey.state.points[t]) continue;
+    const std::vector<Track::Sight>& sights = survey.tracks.tracks[t].sights;
+    for (size_t s = 0; s < sights.size(); ++s) {
+      if (survey.state.agrees[t][s])
+        shows[static_cast<size_t>(sights[s].view)][static_cast<size_t>(sights[s].keypoint)] = 1;
+    }
+  }
+  return shows;
+}
+
 /// The features as the refined camera sees them, and where each key point went (-1: its pixel has
-/// no undistorted one).
+/// no undistorted one, or it was seen at a part of the size and shows no landmark).
 struct UndistortedFeatures {
   std::shared_ptr<const Features> features;
   std::vector<int> index;
 };
 
-UndistortedFeatures Undistorted(const Features& features, const Camera& camera) {
+UndistortedFeatures Undistorted(const SurveyView& view, const std::vector<uint8_t>& shows_landmark,
+                                const Camera& camera) {
+  const Features& features = *view.frame.features;
+  const auto as_it_is = static_cast<size_t>(view.FeaturesAt(0).size());
   auto undistorted =
       std::make_shared<Features>(Features{{}, Descriptors(features.descriptors.dimension())});
   std::vector<int> index(features.keypoints.size(), -1);
-  for (size_t i = 0; i < features.keypoints.size(); ++i) {
+  for (const size_t i : ByFallingScore(features)) {
+    if (i >= as_it_is && !shows_landmark[i]) continue;
     Keypoint keypoint = features.keypoints[i];
     const auto px = camera.Undistort(keypoint.image_px.cast<double>());
     if (!px) continue;
@@ -101,9 +133,10 @@ std::vector<KeyframeId> AddSurveyMap(const std::vector<SurveyView>& views,
   map.SetModelSigma(state.model_sigma_px);
   std::vector<KeyframeId> keyframes(views.size());
   std::vector<std::vector<int>> index(views.size());
+  const std::vector<std::vector<uint8_t>> shows_landmark = WhatShowsLandmarks(views, survey);
   for (size_t v = 0; v < views.size(); ++v) {
     if (!state.cam_from_world[v]) continue;
-    UndistortedFeatures undistorted = Undistorted(*views[v].frame.features, camera);
+    UndistortedFeatures undistorted = Undistorted(views[v], shows_landmark[v], camera);
     Frame frame = views[v].frame;
     frame.features = std::move(undistorted.features);
     frame.image.reset();  // thousands of photographs would not fit into memory

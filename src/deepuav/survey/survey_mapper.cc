@@ -6,6 +6,8 @@
 #include <tuple>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/survey/overlap.h"
+#include "deepuav/survey/reduced_views.h"
 #include "deepuav/survey/survey_map.h"
 #include "deepuav/survey/survey_start.h"
 
@@ -29,14 +31,6 @@ std::set<int> ViewsIn(const SurveyState& state) {
   return views;
 }
 
-/// By how many quarter turns clockwise the image of a looks like that of b.
-int QuarterTurns(const SE3& b_from_a) {
-  const Eigen::Vector3d right_of_a = b_from_a.rotation() * Eigen::Vector3d::UnitX();
-  const double angle = std::atan2(right_of_a.y(), right_of_a.x());
-  const auto turns = static_cast<int>(std::lround(angle / (std::numbers::pi / 2)));
-  return (turns % 4 + 4) % 4;
-}
-
 }  // namespace
 
 SurveyMapper::SurveyMapper(const Camera& camera, double focal_sigma, const SurveyOptions& options,
@@ -54,116 +48,132 @@ SurveyMapper::SurveyMapper(const Camera& camera, double focal_sigma, const Surve
   std::tie(lens_.camera.k1, lens_.camera.k2) = *radial;
 }
 
-ViewPixels SurveyMapper::PixelsOf(const std::vector<SurveyView>& views) const {
+ViewPixels SurveyMapper::PixelsOfViews() const {
   ViewPixels px;
-  for (const SurveyView& view : views) {
+  for (const SurveyView& view : views_) {
     std::vector<SightPixel>& of_view = px.emplace_back();
+    const auto as_it_is = static_cast<size_t>(view.FeaturesAt(0).size());
     for (const Keypoint& keypoint : view.frame.features->keypoints) {
       of_view.push_back({(keeps_distortion_ ? keypoint.image_px : keypoint.px).cast<double>()});
+      if (of_view.size() > as_it_is) of_view.back().noise = keypoint.sigma_px;
     }
   }
   return px;
 }
 
-std::vector<PairCandidate> SurveyMapper::OverlappingPairs(const Tracks& tracks,
-                                                          const SurveyState& state) const {
-  constexpr size_t kProbes = 60;  // points of a view that stand for what it sees
-  std::vector<PairCandidate> pairs;
-  const std::set<int> views = ViewsIn(state);
-  for (const int a : views) {
-    std::vector<Eigen::Vector3d> seen;
-    for (const int track : tracks.of_keypoint[static_cast<size_t>(a)]) {
-      if (track >= 0 && state.points[static_cast<size_t>(track)])
-        seen.push_back(*state.points[static_cast<size_t>(track)]);
-    }
-    const size_t step = std::max<size_t>(1, seen.size() / kProbes);
-    std::vector<std::pair<double, int>> overlaps;  // negative share, view
-    for (const int b : views) {
-      if (b == a) continue;
-      const SE3& b_from_world = *state.cam_from_world[static_cast<size_t>(b)];
-      int inside = 0, probes = 0;
-      for (size_t i = 0; i < seen.size(); i += step) {
-        const Eigen::Vector3d point = b_from_world * seen[i];
-        ++probes;
-        if (point.z() <= 0) continue;
-        const Eigen::Vector2d px = state.lens.camera.Project(point);
-        inside += px.x() >= 0 && px.y() >= 0 && px.x() < camera_.width && px.y() < camera_.height;
-      }
-      const double share = probes > 0 ? static_cast<double>(inside) / probes : 0;
-      if (share >= options_.min_overlap) overlaps.emplace_back(-share, b);
-    }
-    std::sort(overlaps.begin(), overlaps.end());
-    for (size_t i = 0; i < overlaps.size() && i < static_cast<size_t>(options_.overlap_neighbours);
-         ++i) {
-      const int b = overlaps[i].second;
-      const int first = std::min(a, b), second = std::max(a, b);
-      const SE3 second_from_first = *state.cam_from_world[static_cast<size_t>(second)] *
-                                    state.cam_from_world[static_cast<size_t>(first)]->Inverse();
-      pairs.push_back({first, second, QuarterTurns(second_from_first)});
-    }
+void SurveyMapper::LookReducedWhereAsked(const std::vector<PairCandidate>& candidates) {
+  const auto look = [this](int view) {
+    LookReduced(camera_, eyes_.reduced, &views_[static_cast<size_t>(view)]);
+  };
+  bool looked = false;
+  for (const PairCandidate& candidate : candidates) {
+    if (candidate.halvings == 0) continue;
+    look(candidate.halvings > 0 ? candidate.a : candidate.b);
+    looked = true;
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
+  if (looked) px_ = PixelsOfViews();
 }
 
-void SurveyMapper::MatchOverlaps(const std::vector<SurveyView>& views, const BuiltSurvey& built,
-                                 std::vector<MatchedPair>* pairs,
+/// Photographs that stayed outside of the map may be from another height than those they overlap.
+bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& taken,
+                                std::vector<MatchedPair>* pairs,
+                                const std::function<bool()>& stop) {
+  std::set<int> outside;
+  for (size_t v = 0; v < views_.size(); ++v) {
+    const int view = static_cast<int>(v);
+    if (!known.cam_from_world[v] && !taken.contains(view)) outside.insert(view);
+  }
+  if (!eyes_.reduced || outside.empty()) return false;
+  for (SurveyView& view : views_) {
+    if (stop && stop()) return false;
+    LookReduced(camera_, eyes_.reduced, &view);
+  }
+  px_ = PixelsOfViews();
+  std::vector<PairCandidate> candidates;
+  for (const PairCandidate& pair :
+       ChooseReducedPairs(views_, outside, eyes_.vocabulary, options_)) {
+    if (tried_.insert(pair).second) candidates.push_back(pair);
+  }
+  std::vector<MatchedPair> more =
+      PairMatching(&views_, eyes_.quick, eyes_.learned, options_).Match(candidates, stop);
+  Log().debug("{} photographs outside: {} of {} pairs were matched with one of them reduced",
+              outside.size(), more.size(), candidates.size());
+  for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
+  return !more.empty();
+}
+
+void SurveyMapper::MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                                  const std::function<bool()>& stop) {
   std::set<std::pair<int, int>> matched;
   for (const MatchedPair& pair : *pairs) matched.emplace(pair.a, pair.b);
   std::vector<PairCandidate> candidates;
-  for (const PairCandidate& pair : OverlappingPairs(built.tracks, built.state)) {
-    if (!matched.contains({pair.a, pair.b}) && tried_.insert(pair).second)
-      candidates.push_back(pair);
+  for (const PairCandidate& pair :
+       OverlappingPairs(built.tracks, built.state, {camera_.width, camera_.height},
+                        eyes_.reduced != nullptr, options_)) {
+    if (pair.halvings == 0 && matched.contains({pair.a, pair.b})) continue;
+    if (tried_.insert(pair).second) candidates.push_back(pair);
   }
-  PairMatching matching(&views, eyes_.quick, eyes_.learned, options_);
+  LookReducedWhereAsked(candidates);
+  PairMatching matching(&views_, eyes_.quick, eyes_.learned, options_);
   std::vector<MatchedPair> more = matching.Match(candidates, stop);
   Log().debug("{} of {} more pairs that overlap were matched", more.size(), candidates.size());
   for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
 }
 
-std::optional<BuiltSurvey> SurveyMapper::Build(const std::vector<SurveyView>& views,
-                                               const ViewPixels& px, const std::set<int>& taken,
+/// From the poses that are known, with all matches that there are.
+void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
+                               const std::function<bool()>& stop, BuiltSurvey* built) {
+  const StageScope stage(stages_, "grow map");
+  Tracks all = JoinMatches(views_, pairs);
+  SurveyGrowth growth(&all, &px_, built->state.lens, options_);
+  growth.Resume(built->state);
+  growth.Grow(static_cast<int>(views_.size()), taken, stop);
+  growth.Finish(stop);
+  SurveyState grown = growth.state();
+  *built = {std::move(all), std::move(grown), px_};
+}
+
+std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
                                                std::vector<MatchedPair>* pairs,
                                                const std::function<bool()>& stop) {
-  const int most = static_cast<int>(views.size());
-  Tracks tracks = JoinMatches(views, *pairs);
+  Tracks tracks = JoinMatches(views_, *pairs);
   std::optional<SurveyState> known;
   {
     const StageScope stage(stages_, "grow map");
     std::optional<SurveyGrowth> growth =
-        FindStart(tracks, px, RankStartPairs(*pairs, px, taken, camera_.width), lens_, taken,
+        FindStart(tracks, px_, RankStartPairs(*pairs, px_, taken, camera_.width), lens_, taken,
                   camera_.width, options_, stop);
     if (!growth) return std::nullopt;
-    growth->Grow(most, taken, stop);
+    growth->Grow(static_cast<int>(views_.size()), taken, stop);
     growth->Finish(stop);
     known = growth->state();
   }
-  BuiltSurvey built{std::move(tracks), std::move(*known), px};
-  {
+  BuiltSurvey built{std::move(tracks), std::move(*known), px_};
+  const auto match = [&](const auto& matching) {
     const StageScope stage(stages_, "match pairs");
-    MatchOverlaps(views, built, pairs, stop);
+    return matching();
+  };
+  if (match([&] { return MatchReduced(built.state, taken, pairs, stop); }))
+    GrowFurther(taken, *pairs, stop, &built);
+  constexpr int kMostRounds = 3;
+  int before = 0;
+  for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
+    before = built.state.ViewCount();
+    match([&] { MatchOverlaps(built, pairs, stop); });
+    GrowFurther(taken, *pairs, stop, &built);
   }
-  {
-    const StageScope stage(stages_, "grow map");
-    Tracks all = JoinMatches(views, *pairs);
-    SurveyGrowth growth(&all, &px, built.state.lens, options_);
-    growth.Resume(built.state);
-    growth.Grow(most, taken, stop);
-    growth.Finish(stop);
-    built = {std::move(all), growth.state(), px};
-    KeepLensOneToOne(stop, &built);
-  }
-  Sharpen(views, stop, &built);
+  KeepLensOneToOne(stop, &built);
+  // Only what stays outside is matched after this.
+  for (const int view : ViewsIn(built.state))
+    views_[static_cast<size_t>(view)].turned.fill(Descriptors());
+  Sharpen(stop, &built);
   return built;
 }
 
-void SurveyMapper::Sharpen(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
-                           BuiltSurvey* built) {
+void SurveyMapper::Sharpen(const std::function<bool()>& stop, BuiltSurvey* built) {
   {
     const StageScope stage(stages_, "align patches");
-    const PatchSurvey survey{&views, CameraOf(built->state.lens), keeps_distortion_,
+    const PatchSurvey survey{&views_, CameraOf(built->state.lens), keeps_distortion_,
                              measuring_.patches};
     const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
     Log().debug("{} sights were measured by patches", measured);
@@ -172,17 +182,16 @@ void SurveyMapper::Sharpen(const std::vector<SurveyView>& views, const std::func
   const StageScope stage(stages_, "sharpen map");
   built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
   built->state.image_rows = camera_.height;
-  AdjustMeasured(views, stop, built);
-  if (lens_.is_refined) RefineWholly(views, stop, built);
+  AdjustMeasured(stop, built);
+  if (lens_.is_refined) RefineWholly(stop, built);
 }
 
-void SurveyMapper::AdjustMeasured(const std::vector<SurveyView>& views,
-                                  const std::function<bool()>& stop, BuiltSurvey* built) {
+void SurveyMapper::AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built) {
   constexpr int kMostRounds = 2;
   constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
   for (int round = 0; round < kMostRounds; ++round) {
     if (built->state.lens.is_refined_wholly)
-      built->state.velocity_world = ViewVelocities(views, built->state);
+      built->state.velocity_world = ViewVelocities(views_, built->state);
     SurveyGrowth growth(&built->tracks, &built->px, built->state.lens, options_);
     growth.Resume(built->state);
     growth.Finish(stop);
@@ -199,11 +208,10 @@ void SurveyMapper::AdjustMeasured(const std::vector<SurveyView>& views,
 
 /// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
 /// they don't mean. Few views, or views under one heading, explain all and tell nothing.
-void SurveyMapper::RefineWholly(const std::vector<SurveyView>& views,
-                                const std::function<bool()>& stop, BuiltSurvey* built) {
+void SurveyMapper::RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) {
   BuiltSurvey whole = *built;
   whole.state.lens.is_refined_wholly = true;
-  AdjustMeasured(views, stop, &whole);
+  AdjustMeasured(stop, &whole);
   if (whole.state.model_sigma_px > options_.max_model_sigma_px) return;
   const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
   const double limit = options_.max_lens_sigma;
@@ -240,25 +248,26 @@ Camera SurveyMapper::CameraOf(const SurveyLens& lens) const {
   return camera;
 }
 
-SurveyOutcome SurveyMapper::Run(const std::vector<SurveyView>& views,
-                                const std::function<bool()>& stop) {
+SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::function<bool()>& stop) {
+  views_ = std::move(views);
+  tried_.clear();
   SurveyOutcome outcome;
   outcome.camera = camera_;
-  outcome.places.resize(views.size());
+  outcome.places.resize(views_.size());
   std::vector<MatchedPair> pairs;
   {
     const StageScope stage(stages_, "match pairs");
-    const std::vector<PairCandidate> candidates = ChoosePairs(views, eyes_.vocabulary, options_);
+    const std::vector<PairCandidate> candidates = ChoosePairs(views_, eyes_.vocabulary, options_);
     tried_ = {candidates.begin(), candidates.end()};
-    pairs = PairMatching(&views, eyes_.quick, eyes_.learned, options_).Match(candidates, stop);
+    pairs = PairMatching(&views_, eyes_.quick, eyes_.learned, options_).Match(candidates, stop);
     Log().info("{} of {} pairs of photographs show the same ground", pairs.size(),
                candidates.size());
   }
-  const ViewPixels px = PixelsOf(views);
+  px_ = PixelsOfViews();
   std::set<int> taken;
   const bool was_refined = lens_.is_refined;
   while (!(stop && stop() && !taken.empty())) {
-    const std::optional<BuiltSurvey> built = Build(views, px, taken, &pairs, stop);
+    const std::optional<BuiltSurvey> built = Build(taken, &pairs, stop);
     if (!built) break;
     if (taken.empty()) {
       // The first map is the largest as a rule, and tells the lens to the others.
@@ -271,11 +280,13 @@ SurveyOutcome SurveyMapper::Run(const std::vector<SurveyView>& views,
     taken.insert(mapped.begin(), mapped.end());
     const MapId map = outcome.atlas.NextMap();
     const std::vector<KeyframeId> keyframes =
-        AddSurveyMap(views, *built, outcome.camera, keeps_distortion_, &outcome.atlas);
+        AddSurveyMap(views_, *built, outcome.camera, keeps_distortion_, &outcome.atlas);
     for (size_t v = 0; v < keyframes.size(); ++v) {
       if (keyframes[v].valid()) outcome.places[v] = {map, keyframes[v]};
     }
   }
+  views_.clear();
+  px_.clear();
   return outcome;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "deepuav/base/stages.h"
+#include "deepuav/features/extractor.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/survey/survey_growth.h"
@@ -21,6 +22,7 @@ struct SurveyEyes {
   Matcher* quick = nullptr;
   Matcher* learned = nullptr;              ///< May be null.
   const Vocabulary* vocabulary = nullptr;  ///< Null: by the order of the photographs alone.
+  LenslessExtractor* reduced = nullptr;    ///< Null: photographs are seen at their size alone.
 };
 
 /// How points are measured once the map stands.
@@ -52,25 +54,25 @@ class SurveyMapper {
                const SurveyEyes& eyes, StageListener* stages,
                const SurveyMeasuring& measuring = {});
 
-  /// `stop`, if given, is asked between the steps; what is there then is given.
-  SurveyOutcome Run(const std::vector<SurveyView>& views,
-                    const std::function<bool()>& stop = nullptr);
+  /// `stop`, if given, is asked between the steps; what is there then is given. The frames'
+  /// features may grow: by what is seen at a part of the photographs' size.
+  SurveyOutcome Run(std::vector<SurveyView> views, const std::function<bool()>& stop = nullptr);
 
  private:
-  ViewPixels PixelsOf(const std::vector<SurveyView>& views) const;
-  std::optional<BuiltSurvey> Build(const std::vector<SurveyView>& views, const ViewPixels& px,
-                                   const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+  ViewPixels PixelsOfViews() const;
+  std::optional<BuiltSurvey> Build(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                                    const std::function<bool()>& stop);
-  std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state) const;
-  void MatchOverlaps(const std::vector<SurveyView>& views, const BuiltSurvey& built,
-                     std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
+  void GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
+                   const std::function<bool()>& stop, BuiltSurvey* built);
+  bool MatchReduced(const SurveyState& known, const std::set<int>& taken,
+                    std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
+  void LookReducedWhereAsked(const std::vector<PairCandidate>& candidates);
+  void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
+                     const std::function<bool()>& stop);
   void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
-  void AdjustMeasured(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
-                      BuiltSurvey* built);
-  void RefineWholly(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
-                    BuiltSurvey* built);
-  void Sharpen(const std::vector<SurveyView>& views, const std::function<bool()>& stop,
-               BuiltSurvey* built);
+  void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built);
+  void RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
+  void Sharpen(const std::function<bool()>& stop, BuiltSurvey* built);
   Camera CameraOf(const SurveyLens& lens) const;
 
   const Camera camera_;
@@ -80,6 +82,8 @@ class SurveyMapper {
   const SurveyMeasuring measuring_;
   SurveyLens lens_;
   bool keeps_distortion_ = false;  ///< Pixels are of the images as taken, for the lens is refined.
+  std::vector<SurveyView> views_;
+  ViewPixels px_;  ///< As detected.
   std::set<PairCandidate> tried_;
 };
 

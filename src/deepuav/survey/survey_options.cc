@@ -36,6 +36,7 @@ void SurveyOptions::Check() const {
   CheckPositive("survey.readout_sigma_s", readout_sigma_s, 10);
   CheckRange("survey.max_model_sigma_px", max_model_sigma_px, 0, 100);
   CheckPositive("survey.max_lens_sigma", max_lens_sigma, 1);
+  CheckRange("survey.images_in_memory", images_in_memory, 1, 100000);
   CheckRange("survey.finish_rounds", finish_rounds, 1, 100);
 }
 

@@ -34,6 +34,7 @@ struct SurveyOptions {
   double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
   double max_model_sigma_px = 0.1;  ///< Left beyond the noise of patches by a lens refined wholly.
   double max_lens_sigma = 0.005;    ///< Of its focal length and principal point, over the former.
+  int images_in_memory = 100;       ///< The others wait in a file for being measured in.
   int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points at the end.
 
   void Check() const;
@@ -87,6 +88,8 @@ struct SurveyOptions {
     visit("max_lens_sigma", max_lens_sigma, "",
           "standard deviation of focal length and principal point, as a share of the former, above "
           "which the views don't tell them all");
+    visit("images_in_memory", images_in_memory, "",
+          "images of photographs that stay in memory; others wait in a temporary file");
     visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end");
   }
 };

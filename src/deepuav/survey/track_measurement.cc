@@ -1,6 +1,7 @@
 #include "deepuav/survey/track_measurement.h"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 
 #include "deepuav/base/intervals.h"
@@ -24,7 +25,7 @@ std::optional<SeenPoint> Seen(const std::vector<SurveyView>& views, const Track&
   std::vector<Eigen::Vector3d> directions;
   for (size_t s = 0; s < track.sights.size(); ++s) {
     const auto view = static_cast<size_t>(track.sights[s].view);
-    if (!agrees[s] || !state.cam_from_world[view] || !views[view].frame.image) continue;
+    if (!agrees[s] || !state.cam_from_world[view] || !views[view].HasImage()) continue;
     const Eigen::Vector3d to_view = state.cam_from_world[view]->InverseTranslation() - point;
     seen.sights.push_back(track.sights[s]);
     directions.push_back(to_view.normalized());
@@ -63,11 +64,23 @@ class Measuring {
   const Frame& FrameOf(const Track::Sight& sight) const {
     return (*survey_.views)[static_cast<size_t>(sight.view)].frame;
   }
+  std::shared_ptr<const ImagePyramid> ImageOf(const Track::Sight& sight) const {
+    return (*survey_.views)[static_cast<size_t>(sight.view)].Image();
+  }
   const Keypoint& KeypointOf(const Track::Sight& sight) const {
     return FrameOf(sight).features->keypoints[static_cast<size_t>(sight.keypoint)];
   }
   SightPixel& PixelOf(const Track::Sight& sight) {
     return (*px_)[static_cast<size_t>(sight.view)][static_cast<size_t>(sight.keypoint)];
+  }
+  /// What was detected at a part of the size says so much less of where the patch is.
+  PatchOptions OptionsFor(const Track::Sight& sight) {
+    PatchOptions options = survey_.options;
+    const double sigma_px = PixelOf(sight).noise.SigmaPx();
+    if (PixelOf(sight).by_patch || sigma_px <= 1) return options;
+    options.prior_sigma_px *= sigma_px;
+    options.max_shift_px *= sigma_px;
+    return options;
   }
   bool MeasureBy(const SeenPoint& seen, const Track::Sight& reference, const Track::Sight& sight) {
     const auto reference_px =
@@ -78,9 +91,9 @@ class Measuring {
                              reference_from_world.rotation() * seen.normal_world};
     const DetectedPixel start{KeypointOf(sight).image_px.cast<double>(),
                               KeypointOf(sight).px.cast<double>()};
-    const auto aligned = AlignSurface(
-        *FrameOf(reference).image, patch, PoseOf(sight) * reference_from_world.Inverse(),
-        *FrameOf(sight).image, start.image_px, survey_.camera, survey_.options);
+    const auto aligned =
+        AlignSurface(*ImageOf(reference), patch, PoseOf(sight) * reference_from_world.Inverse(),
+                     *ImageOf(sight), start.image_px, survey_.camera, OptionsFor(sight));
     if (!aligned) return false;
     // The reference's pixel is its own by definition, but for what a patch can tell at best.
     const PixelNoise noise = aligned->noise.Plus(survey_.options.min_sigma_px);

@@ -11,7 +11,8 @@
 namespace deepuav {
 namespace {
 
-const Features& FeaturesOf(const SurveyView& view) { return *view.frame.features; }
+/// As it is.
+const Features& FeaturesOf(const SurveyView& view) { return view.FeaturesAt(0); }
 
 /// A pair in which the lower number comes first. Turning the other one back is as good.
 PairCandidate Ordered(int a, int b, int quarter_turns) {
@@ -64,6 +65,17 @@ std::vector<cv::Point2d> PointsOf(const Features& features, const std::vector<Ma
 
 }  // namespace
 
+const Features& SurveyView::FeaturesAt(int halvings) const {
+  if (features_by_halvings.empty()) return *frame.features;
+  return *features_by_halvings[static_cast<size_t>(halvings)];
+}
+
+int SurveyView::FirstKeypoint(int halvings) const {
+  int first = 0;
+  for (int i = 0; i < halvings; ++i) first += FeaturesAt(i).size();
+  return first;
+}
+
 std::vector<PairCandidate> ChoosePairs(const std::vector<SurveyView>& views,
                                        const Vocabulary* vocabulary, const SurveyOptions& options) {
   std::set<PairCandidate> pairs;
@@ -106,21 +118,48 @@ std::vector<MatchedPair> PairMatching::Match(const std::vector<PairCandidate>& c
 }
 
 std::vector<Match> PairMatching::MatchCandidate(const PairCandidate& candidate) {
+  if (candidate.halvings != 0) return MatchReduced(candidate);
+  if (candidate.quarter_turns == 0) return MatchUpright(candidate);
   const SurveyView& a = (*views_)[static_cast<size_t>(candidate.a)];
   const Features& b = FeaturesOf((*views_)[static_cast<size_t>(candidate.b)]);
-  if (candidate.quarter_turns == 0) {
-    std::vector<deepuav::Match> verified =
-        Verify(candidate, quick_->MatchFeatures(FeaturesOf(a), b));
-    const bool follow_one_another = candidate.b - candidate.a <= options_.sequence_neighbours;
-    const bool is_weak = static_cast<int>(verified.size()) < options_.weak_pair_matches;
-    if (!learned_ || !follow_one_another || !is_weak) return verified;
-    std::vector<deepuav::Match> learned =
-        Verify(candidate, learned_->MatchFeatures(FeaturesOf(a), b));
-    return learned.size() > verified.size() ? learned : verified;
-  }
   const Descriptors& turned = a.turned[static_cast<size_t>(candidate.quarter_turns - 1)];
   if (turned.size() == 0) return {};
   return Verify(candidate, quick_->MatchFeatures({FeaturesOf(a).keypoints, turned}, b));
+}
+
+std::vector<Match> PairMatching::MatchUpright(const PairCandidate& candidate) {
+  const Features& a = FeaturesOf((*views_)[static_cast<size_t>(candidate.a)]);
+  const Features& b = FeaturesOf((*views_)[static_cast<size_t>(candidate.b)]);
+  std::vector<deepuav::Match> verified = Verify(candidate, quick_->MatchFeatures(a, b));
+  const bool follow_one_another = candidate.b - candidate.a <= options_.sequence_neighbours;
+  const bool is_weak = static_cast<int>(verified.size()) < options_.weak_pair_matches;
+  if (!learned_ || !follow_one_another || !is_weak) return verified;
+  std::vector<deepuav::Match> learned = Verify(candidate, learned_->MatchFeatures(a, b));
+  return learned.size() > verified.size() ? learned : verified;
+}
+
+/// Of the two the one that is not reduced is turned.
+std::vector<Match> PairMatching::MatchReduced(const PairCandidate& candidate) {
+  const SurveyView& a = (*views_)[static_cast<size_t>(candidate.a)];
+  const SurveyView& b = (*views_)[static_cast<size_t>(candidate.b)];
+  const int of_a = std::max(0, candidate.halvings), of_b = std::max(0, -candidate.halvings);
+  if (a.Halvings() < of_a || b.Halvings() < of_b) return {};
+  const bool a_is_whole = of_a == 0;
+  const int turns = (a_is_whole ? candidate.quarter_turns : 4 - candidate.quarter_turns) % 4;
+  Features turned;
+  if (turns != 0) {
+    const SurveyView& whole = a_is_whole ? a : b;
+    turned = {FeaturesOf(whole).keypoints, whole.turned[static_cast<size_t>(turns) - 1]};
+    if (turned.descriptors.size() == 0) return {};
+  }
+  const Features& seen_by_a = a_is_whole && turns != 0 ? turned : a.FeaturesAt(of_a);
+  const Features& seen_by_b = !a_is_whole && turns != 0 ? turned : b.FeaturesAt(of_b);
+  std::vector<deepuav::Match> matches = quick_->MatchFeatures(seen_by_a, seen_by_b);
+  for (deepuav::Match& match : matches) {
+    match.a += a.FirstKeypoint(of_a);
+    match.b += b.FirstKeypoint(of_b);
+  }
+  return Verify(candidate, matches);
 }
 
 std::vector<Match> PairMatching::Verify(const PairCandidate& candidate,
@@ -138,8 +177,8 @@ std::vector<Match> PairMatching::Verify(const PairCandidate& candidate,
   const uint64_t seed =
       static_cast<uint64_t>(candidate.a) << 32 | static_cast<uint64_t>(candidate.b);
   std::vector<uint8_t> inlier;
-  cv::findFundamentalMat(PointsOf(FeaturesOf(a), matches, &deepuav::Match::a),
-                         PointsOf(FeaturesOf(b), matches, &deepuav::Match::b), inlier,
+  cv::findFundamentalMat(PointsOf(*a.frame.features, matches, &deepuav::Match::a),
+                         PointsOf(*b.frame.features, matches, &deepuav::Match::b), inlier,
                          MakeUsacParams(options_.pair_error_px, kConfidence, kIterations, seed));
   std::vector<deepuav::Match> agreeing;
   for (size_t i = 0; i < inlier.size(); ++i) {

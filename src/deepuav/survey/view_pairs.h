@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "deepuav/features/turned_describer.h"
+#include "deepuav/image/image_store.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/place/vocabulary.h"
@@ -16,14 +19,33 @@ namespace deepuav {
 
 /// A photograph as the survey sees it.
 struct SurveyView {
-  Frame frame;
-  TurnedDescriptors turned;  ///< Of the same key points under other headings, or without rows.
+  static constexpr int kMostHalvings = 2;
+
+  Frame frame;               ///< Its image: null where `images` has it.
+  TurnedDescriptors turned;  ///< Of its key points under other headings, or without rows.
+  /// Of the photograph as it is, at half and at a quarter of its size: the frame's are then all of
+  /// these, one after the other. Empty until it was looked at reduced.
+  std::vector<std::shared_ptr<const Features>> features_by_halvings = {};
+
+  ImageStore* images = nullptr;  ///< Must outlive the view.
+  int image_number = -1;         ///< Among these.
+
+  /// Null: none was kept. Throws Error where it cannot be read back.
+  std::shared_ptr<const ImagePyramid> Image() const {
+    return images ? images->At(image_number) : frame.image;
+  }
+  bool HasImage() const { return images || frame.image; }
+  int Halvings() const { return std::max(0, static_cast<int>(features_by_halvings.size()) - 1); }
+  const Features& FeaturesAt(int halvings) const;
+  /// Of those at so many halvings among the frame's.
+  int FirstKeypoint(int halvings) const;
 };
 
 /// Two photographs that may show the same ground.
 struct PairCandidate {
   int a = 0, b = 0;
   int quarter_turns = 0;  ///< Clockwise, of a, after which it looks like b.
+  int halvings = 0;       ///< Of the size of a; negative: of b.
 
   auto operator<=>(const PairCandidate&) const = default;
 };
@@ -54,6 +76,8 @@ class PairMatching {
 
  private:
   std::vector<deepuav::Match> MatchCandidate(const PairCandidate& candidate);
+  std::vector<deepuav::Match> MatchUpright(const PairCandidate& candidate);
+  std::vector<deepuav::Match> MatchReduced(const PairCandidate& candidate);
   std::vector<deepuav::Match> Verify(const PairCandidate& candidate,
                                      const std::vector<deepuav::Match>& matches) const;
 

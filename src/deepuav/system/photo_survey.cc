@@ -1,6 +1,9 @@
 #include "deepuav/system/photo_survey.h"
 
+#include <utility>
+
 #include "deepuav/base/time.h"
+#include "deepuav/image/image_store.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/georeferencing.h"
@@ -9,13 +12,18 @@
 namespace deepuav {
 namespace {
 
-SurveyView ViewOf(Frame frame, TurnedDescriber* turned, StageClock* clock) {
+SurveyView ViewOf(Frame frame, TurnedDescriber* turned, ImageStore* images, StageClock* clock) {
   SurveyView view;
   if (turned) {
     const StageScope stage(clock, "turned descriptors");
     view.turned = turned->Describe(frame.image->image(), *frame.features);
   }
+  if (frame.image) {
+    view.image_number = images->Add(std::move(frame.image));
+    view.images = images;
+  }
   view.frame = std::move(frame);
+  view.frame.image.reset();
   return view;
 }
 
@@ -63,6 +71,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
                     const SensorStreams& sensors) {
   SurveyRun run;
   StageClock clock;
+  ImageStore kept_images(options.survey.images_in_memory);
   std::vector<SurveyView> views;
   {
     SequentialFeed sequential(images, perception.extractor, &clock);
@@ -71,7 +80,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
       std::optional<Frame> frame = feed.Next();
       if (!frame) break;
       const FrameId id = frame->id;
-      views.push_back(ViewOf(std::move(*frame), perception.turned, &clock));
+      views.push_back(ViewOf(std::move(*frame), perception.turned, &kept_images, &clock));
       if (progress) progress(id);
     }
   }
@@ -86,17 +95,20 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   };
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
-  SurveyMapper mapper(camera, focal_sigma, options.survey, {quick, learned, perception.vocabulary},
-                      &clock, {options.patches, options.mapping.model_noise});
+  SurveyMapper mapper(camera, focal_sigma, options.survey,
+                      {quick, learned, perception.vocabulary, perception.reduced}, &clock,
+                      {options.patches, options.mapping.model_noise});
+  std::vector<Frame> frames;
+  for (const SurveyView& view : views) frames.push_back(view.frame);
   try {
-    run.outcome = mapper.Run(views, late);
+    run.outcome = mapper.Run(std::move(views), late);
   } catch (const std::exception& error) {
     run.result.failure = error.what();
-    run.outcome.places.resize(views.size());
+    run.outcome.places.resize(frames.size());
     run.outcome.camera = camera;
   }
-  for (size_t v = 0; v < views.size(); ++v) {
-    run.result.frames.push_back(RecordOf(views[v].frame, run.outcome, run.outcome.places[v]));
+  for (size_t v = 0; v < frames.size(); ++v) {
+    run.result.frames.push_back(RecordOf(frames[v], run.outcome, run.outcome.places[v]));
   }
   try {
     GeoreferenceSurvey(sensors, options, &clock, late, &run);

@@ -136,6 +136,8 @@ struct Perception {
   /// lost frames only; null: none.
   Matcher* quick_matcher = nullptr;
   bool matcher_is_learned = false;  ///< Then landmarks are created from its matches, too.
+  /// Sees photographs of a survey at a part of their size; null: they are not.
+  LenslessExtractor* reduced = nullptr;
 };
 
 /// Tracker, Mapper and LoopCloser wired together. One run an instance.

@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""Simulated surveys as drones deliver them, told nothing of the lens: photographs from very different heights, and many.
+
+  bench/system/simulated_surveys.py [--only NAME ...] [--first-seed N] [--seeds N] [--photographs N]
+                                    [--set name=value ...]
+
+| name | what |
+|---|---|
+| climb | flights/climb.yaml from 10 to 120 m and back, a photograph every 2 s, over countryside |
+| climb_random, climb_exif | the same photographs in random order; with EXIF that says 5 % too much |
+| climb_turning | the same climb under a heading that follows the spiral |
+| climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
+| climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
+| two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
+| large | 300 photographs of 4000x3000 from 60 m over a village in lines and cross lines |
+
+Photographs of 1600x1200 but those of `large`, whose pixels are each one ray; k1 = -0.25. They are rendered into CACHE
+once a seed, which is the scene's, too, and stay there. Prints a Markdown table, a row a run: photographs in the main map,
+maps, by how much the scale differs between sections of height (each twice as high as the one below; distances between
+the photographs of a section over the true ones, largest over least, in %), by how much the focal length is longer than
+the true one in % and k1 larger, root mean square error of the positions after Sim3 (after Sim3 in plan, horizontally),
+seconds and memory. Constants are chosen on seeds 4 and up, and reported on 1 to 3. Everything goes to OUT. Needs
+build/deepuav and Python's standard library.
+"""
+import argparse
+import itertools
+import json
+import math
+import random
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench/system"))
+from surveys import evaluate, poses, run, write_positions  # noqa: E402
+
+PROGRAM = ROOT / "build/deepuav"
+K1 = -0.25
+LENS = {"camera.width": 1600, "camera.height": 1200, "camera.fx": 1300, "camera.fy": 1300, "camera.cx": 805,
+        "camera.cy": 595, "camera.distortion": f"{K1} 0.08 0 0", "imu.rate_hz": 20, "sensor.samples": 1}
+CLIMB = {"course.top_height_m": 120, "camera.rate_hz": 0.5}
+LARGE_LENS = {"camera.width": 4000, "camera.height": 3000, "camera.fx": 3250, "camera.fy": 3250, "camera.cx": 2012,
+              "camera.cy": 1488}
+LINES = {  # To and fro at 20 m, then across at 70 m: east and north of the middle, height; pauses end the lines.
+    "course.kind": "waypoints", "course.speed_m_s": 5, "camera.rate_hz": 0.6667, "flight.duration_s": 120,
+    "course.waypoints": "-40 -12 20 1; 40 -12 20 1; 40 -4 20 1; -40 -4 20 1; -40 4 20 1; 40 4 20 1"}
+HIGH_LINES = {"course.speed_m_s": 8, "camera.rate_hz": 0.3333, "flight.duration_s": 120,
+              "course.kind": "waypoints", "course.waypoints": "-20 -60 70 1; -20 60 70 1; 20 60 70 1; 20 -60 70 1"}
+# Name: the flights whose photographs are joined, each a flight's name and options.
+FLIGHTS = {
+    "climb": [("climb", CLIMB)],
+    "climb_turning": [("climb", {**CLIMB, "course.yaw": "course"})],
+    "climb_once": [("climb", {**CLIMB, "camera.rate_hz": 0.4, "course.radius_m": 20, "course.center_x_m": 0,
+                              "course.center_y_m": 0, "flight.scene": "village", "flight.duration_s": 32})],
+    "climb_steps": [("climb", {**CLIMB, "camera.rate_hz": 0.25, "course.center_x_m": 60, "course.center_y_m": 30,
+                               "flight.scene": "town"})],
+    "two_heights": [("survey", LINES), ("survey", HIGH_LINES)],
+    "large": [("survey", {**LARGE_LENS, "course.length_m": 200, "course.width_m": 180, "course.line_spacing_m": 25,
+                          "course.height_m": 60, "course.speed_m_s": 8, "flight.duration_s": 449.5,
+                          "camera.rate_hz": 0.6667})],
+}
+# Name: the flights it is made of, and what becomes of their photographs.
+VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
+            **{name: (name, "plain") for name in FLIGHTS}}
+NAMES = ["climb", "climb_random", "climb_exif", "climb_turning", "climb_once", "climb_steps", "two_heights", "large"]
+LOWEST_HEIGHT_M = 10
+EXIF_EXCESS = 1.05
+FULL_FRAME_DIAGONAL_MM = 43.27
+
+
+def render(flights, seed, name, arguments):
+    """The folders of the flights, rendered where they are not there."""
+    folders = []
+    for number, (flight, options) in enumerate(flights):
+        folder = arguments.cache / f"{name}-{number}-seed-{seed}"
+        command = [PROGRAM, "simulate", "--flight", flight, "--out", folder, "--seed", seed, "--frames",
+                   arguments.photographs, "--log-level", "warn"]
+        for option, value in {**LENS, **options, "scene.seed": seed}.items():
+            command += ["--set", f"{option}={value}"]
+        subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
+        folders.append(folder)
+    return folders
+
+
+def with_focal_length(jpeg, focal_35mm):
+    """The JPEG with an EXIF segment that says the focal length as that of a film of 35 mm."""
+    exif_tag, focal_tag, long, short = 0x8769, 0xA405, 4, 3
+    tiff = b"II*\0" + struct.pack("<I", 8)
+    tiff += struct.pack("<HHHIII", 1, exif_tag, long, 1, 26, 0)
+    tiff += struct.pack("<HHHIHHI", 1, focal_tag, short, 1, focal_35mm, 0, 0)
+    body = b"Exif\0\0" + tiff
+    return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
+
+
+def as_photographs(simulated, folder, how, seed):
+    """Photographs that know no time but their order, and where each was taken: east, north and up in metres."""
+    images = folder / "images"
+    shutil.rmtree(folder, ignore_errors=True)
+    images.mkdir(parents=True)
+    taken = []
+    for flight in simulated:
+        for line in (flight / "groundtruth_cam0.csv").read_text().splitlines()[1:]:
+            time, *position = line.split(",")[:4]
+            file = flight / f"mav0/cam0/data/{time}.jpg"
+            if file.is_file():
+                taken.append((file, [float(value) for value in position]))
+    if how == "random":
+        random.Random(seed).shuffle(taken)
+    for number, (file, _) in enumerate(taken):
+        if how == "exif":
+            diagonal = math.hypot(LENS["camera.width"], LENS["camera.height"])
+            focal_35mm = round(EXIF_EXCESS * LENS["camera.fx"] / diagonal * FULL_FRAME_DIAGONAL_MM)
+            (images / f"{number:04}.jpg").write_bytes(with_focal_length(file.read_bytes(), focal_35mm))
+        else:
+            (images / f"{number:04}.jpg").symlink_to(file.resolve())
+    return [position for _, position in taken]
+
+
+def scale_spread(places, truth):
+    """By how many % the scale differs between sections of height, each twice as high as the one below; None for one."""
+    ground = min(position[2] for position in truth) - LOWEST_HEIGHT_M
+    sections = {}
+    for number, place in places.items():
+        section = int(math.log2(max(1, (truth[number][2] - ground) / LOWEST_HEIGHT_M)))
+        sections.setdefault(section, []).append((place, truth[number]))
+    scales = []
+    for section in sections.values():
+        found = sum(math.dist(a[0], b[0]) ** 2 for a, b in itertools.combinations(section, 2))
+        true = sum(math.dist(a[1], b[1]) ** 2 for a, b in itertools.combinations(section, 2))
+        if true > 0:
+            scales.append(math.sqrt(found / true))
+    return 100 * (max(scales) / min(scales) - 1) if len(scales) > 1 else None
+
+
+def measure(name, seed, arguments):
+    flights, how = VARIANTS[name]
+    simulated = render(FLIGHTS[flights], seed, flights, arguments)
+    out = arguments.out / f"{name}-{seed}"
+    truth = as_photographs(simulated, out / "photographs", how, seed)
+    result = run(name, out / "photographs", out, arguments)
+    if "failure" in result:
+        return {**result, "seed": seed}
+    folder = Path(result["folder"])
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = [line.split(",") for line in (folder / "frames.csv").read_text().splitlines()[1:]]
+    in_main = {int(row[0]) for row in rows if row[3] == str(summary["main_map"])}
+    places = {round(time): pose[:3] for time, pose in poses(folder / "trajectory.txt") if round(time) in in_main}
+    write_positions(out / "truth.txt", [(number, position) for number, position in enumerate(truth)])
+    write_positions(out / "main.txt", list(places.items()))
+    full = evaluate(out / "truth.txt", out / "main.txt")
+    flat = evaluate(out / "truth.txt", out / "main.txt", "--horizontal")
+    options = {**LENS, **FLIGHTS[flights][0][1]}
+    return {**result, "seed": seed, "ate_m": full and full["ate_m"]["rmse"],
+            "horizontal_m": flat and flat["ate_m"]["rmse"], "scale_spread": scale_spread(places, truth),
+            "focal_error": 100 * (result["focal_px"] / options["camera.fx"] - 1) if result["focal_px"] else None,
+            "k1_error": result["k1"] - K1 if result["k1"] is not None else None}
+
+
+def row(result):
+    if "failure" in result:
+        return f"| {result['name']} {result['seed']} | {result['failure']} | | | | | | | |"
+    number = lambda key, form: "" if result.get(key) is None else format(result[key], form)
+    return (f"| {result['name']} {result['seed']} | {result['in_main_map']} of {result['images']} | {result['maps']} | "
+            f"{number('scale_spread', '.2f')} | {number('focal_error', '+.2f')} | {number('k1_error', '+.3f')} | "
+            f"{number('ate_m', '.3f')} ({number('horizontal_m', '.3f')}) | {result['wall_s']:.0f} | "
+            f"{result['memory_mb']:.0f} |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="*", default=NAMES, choices=NAMES)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--photographs", type=int, default=-1, help="of each flight, at most; -1: all")
+    parser.add_argument("--set", nargs="*", default=[], help="options passed on to run, name=value")
+    parser.add_argument("--cache", type=Path, default=ROOT / ".cache/photographs")
+    parser.add_argument("--out", type=Path, default=ROOT / "out/simulated_surveys")
+    arguments = parser.parse_args()
+    print("| seed | photographs in the main map | maps | scale, % | focal length, % | k1 | error (horizontal), m | s | MB |\n"
+          "|---|---|---|---|---|---|---|---|---|")
+    results = []
+    for name in arguments.only:
+        for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
+            results.append(measure(name, seed, arguments))
+            print(row(results[-1]), flush=True)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    (arguments.out / "simulated_surveys.json").write_text(
+        json.dumps({"command": " ".join(sys.argv), "results": results}, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+#include "deepuav/survey/survey_options.h"
+#include "deepuav/survey/survey_state.h"
+#include "deepuav/survey/view_pairs.h"
+
+namespace deepuav {
+
+/// Pairs of photographs of which the map says that one shows enough of what the other sees, for
+/// each those that overlap most. `across_heights`: those of which one is much nearer are chosen
+/// beside them, the nearer one reduced; else they are as any. By rising a and b.
+std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state,
+                                            const cv::Size& image_size, bool across_heights,
+                                            const SurveyOptions& options);
+
+}  // namespace deepuav

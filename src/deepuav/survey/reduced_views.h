@@ -1,0 +1,29 @@
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "deepuav/features/extractor.h"
+#include "deepuav/geometry/camera.h"
+#include "deepuav/survey/view_pairs.h"
+
+namespace deepuav {
+
+/// Looks at the photograph at half and at a quarter of its size, as it would look from two and from
+/// four times the distance: appends the key points to the frame's, in pixels of the whole image. A
+/// photograph without an image, or looked at before, stays as it is.
+void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView* view);
+
+/// By how many halvings of the nearer one two photographs show something at about the same size,
+/// `ratio` being its distance from the second over that from the first: positive of the first,
+/// negative of the second.
+int HalvingsFor(double ratio);
+
+/// Pairs of `outside` with any others, of which one is seen reduced: neighbours in the order of the
+/// photographs, and those that it looks like. All views were looked at reduced. By rising a and b.
+std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& views,
+                                              const std::set<int>& outside,
+                                              const Vocabulary* vocabulary,
+                                              const SurveyOptions& options);
+
+}  // namespace deepuav
