@@ -35,7 +35,6 @@ class ImageStore {
     std::list<int>::iterator use;
   };
 
-  void Use(int number);
   void MakeRoom();
   bool Write(Entry* entry);
   std::shared_ptr<const ImagePyramid> Read(const Entry& entry);
