@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <set>
-
-#include "deepuav/base/median.h"
-#include "deepuav/survey/reduced_views.h"
 
 namespace deepuav {
 namespace {
@@ -25,14 +23,12 @@ int QuarterTurns(const SE3& b_from_a) {
 struct Overlap {
   int view = 0;
   double share = 0;
-  int halvings = 0;  ///< Of the other one; negative: of this one.
 };
 
 class OverlapSearch {
  public:
-  OverlapSearch(const Tracks& tracks, const SurveyState& state, const cv::Size& image_size,
-                bool across_heights)
-      : tracks_(tracks), state_(state), size_(image_size), across_heights_(across_heights) {
+  OverlapSearch(const Tracks& tracks, const SurveyState& state, const cv::Size& image_size)
+      : tracks_(tracks), state_(state), size_(image_size) {
     for (size_t v = 0; v < state.cam_from_world.size(); ++v) {
       if (state.cam_from_world[v]) views_.push_back(static_cast<int>(v));
     }
@@ -46,7 +42,7 @@ class OverlapSearch {
     const std::vector<Eigen::Vector3d> probes = ProbesOf(a);
     std::vector<Overlap> overlaps;
     for (const int b : views_) {
-      if (b != a) overlaps.push_back(Between(a, b, probes));
+      if (b != a) overlaps.push_back(Between(b, probes));
     }
     return overlaps;
   }
@@ -63,62 +59,40 @@ class OverlapSearch {
     return probes;
   }
 
-  Overlap Between(int a, int b, const std::vector<Eigen::Vector3d>& probes) const {
+  Overlap Between(int b, const std::vector<Eigen::Vector3d>& probes) const {
     int inside = 0;
-    std::vector<double> ratios;  // of the distances along the axes
     for (const Eigen::Vector3d& probe : probes) {
       const Eigen::Vector3d point = PoseOf(b) * probe;
       if (point.z() <= 0) continue;
       const Eigen::Vector2d px = state_.lens.camera.Project(point);
-      if (px.x() < 0 || px.y() < 0 || px.x() >= size_.width || px.y() >= size_.height) continue;
-      ++inside;
-      const double z_a = (PoseOf(a) * probe).z();
-      if (z_a > 0) ratios.push_back(point.z() / z_a);
+      inside += px.x() >= 0 && px.y() >= 0 && px.x() < size_.width && px.y() < size_.height;
     }
-    Overlap overlap{b};
-    if (!probes.empty()) overlap.share = static_cast<double>(inside) / std::ssize(probes);
-    if (across_heights_ && !ratios.empty())
-      overlap.halvings = HalvingsFor(Median(std::move(ratios)));
-    return overlap;
+    return {b, probes.empty() ? 0 : static_cast<double>(inside) / std::ssize(probes)};
   }
 
   const Tracks& tracks_;
   const SurveyState& state_;
   const cv::Size size_;
-  const bool across_heights_;
   std::vector<int> views_;
 };
 
 }  // namespace
 
 std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state,
-                                            const cv::Size& image_size, bool across_heights,
+                                            const cv::Size& image_size,
                                             const SurveyOptions& options) {
-  const OverlapSearch search(tracks, state, image_size, across_heights);
+  const OverlapSearch search(tracks, state, image_size);
   std::set<PairCandidate> pairs;
   for (const int a : search.views()) {
-    std::vector<Overlap> level, other_heights;
-    for (const Overlap& overlap : search.With(a)) {
-      if (overlap.share < options.min_overlap) continue;
-      (overlap.halvings == 0 ? level : other_heights).push_back(overlap);
-    }
-    const auto keep_most = [&options](std::vector<Overlap>* overlaps) {
-      std::ranges::stable_sort(*overlaps, [](const Overlap& one, const Overlap& other) {
-        const int halvings = std::abs(one.halvings), others = std::abs(other.halvings);
-        return halvings != others ? halvings < others : one.share > other.share;
-      });
-      const auto most = static_cast<size_t>(options.overlap_neighbours);
-      if (overlaps->size() > most) overlaps->resize(most);
-    };
-    keep_most(&level);
-    keep_most(&other_heights);
-    level.insert(level.end(), other_heights.begin(), other_heights.end());
-    for (const auto& [b, share, halvings] : level) {
+    std::vector<Overlap> overlaps = search.With(a);
+    std::erase_if(overlaps, [&](const Overlap& o) { return o.share < options.min_overlap; });
+    std::ranges::stable_sort(overlaps, std::greater{}, &Overlap::share);
+    const auto most = static_cast<size_t>(options.overlap_neighbours);
+    if (overlaps.size() > most) overlaps.resize(most);
+    for (const auto& [b, share] : overlaps) {
       const int first = std::min(a, b), second = std::max(a, b);
       const int turns = QuarterTurns(search.PoseOf(second) * search.PoseOf(first).Inverse());
-      // Between two sizes either may show more.
-      if (std::abs(halvings) <= 1) pairs.insert({first, second, turns, 0});
-      if (halvings != 0) pairs.insert({first, second, turns, first == a ? halvings : -halvings});
+      pairs.insert({first, second, turns, 0});
     }
   }
   return {pairs.begin(), pairs.end()};

@@ -10,10 +10,9 @@
 namespace deepuav {
 
 /// Pairs of photographs of which the map says that one shows enough of what the other sees, for
-/// each those that overlap most. `across_heights`: those of which one is much nearer are chosen
-/// beside them, the nearer one reduced; else they are as any. By rising a and b.
+/// each those that overlap most. By rising a and b.
 std::vector<PairCandidate> OverlappingPairs(const Tracks& tracks, const SurveyState& state,
-                                            const cv::Size& image_size, bool across_heights,
+                                            const cv::Size& image_size,
                                             const SurveyOptions& options);
 
 }  // namespace deepuav

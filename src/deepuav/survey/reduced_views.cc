@@ -1,7 +1,6 @@
 #include "deepuav/survey/reduced_views.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "deepuav/place/place_index.h"
@@ -108,12 +107,6 @@ void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView*
     view->features_by_halvings.push_back(std::move(reduced));
   }
   view->frame.features = std::move(all);
-}
-
-int HalvingsFor(double ratio) {
-  const double halvings = std::log2(ratio);
-  return static_cast<int>(std::lround(
-      std::clamp<double>(halvings, -SurveyView::kMostHalvings, SurveyView::kMostHalvings)));
 }
 
 std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& views,

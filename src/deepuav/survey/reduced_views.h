@@ -14,11 +14,6 @@ namespace deepuav {
 /// photograph without an image, or looked at before, stays as it is.
 void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView* view);
 
-/// By how many halvings of the nearer one two photographs show something at about the same size,
-/// `ratio` being its distance from the second over that from the first: positive of the first,
-/// negative of the second.
-int HalvingsFor(double ratio);
-
 /// Pairs of `outside` with any others, of which one is seen reduced: neighbours in the order of the
 /// photographs, and those that it looks like. All views were looked at reduced. By rising a and b.
 std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& views,

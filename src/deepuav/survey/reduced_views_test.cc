@@ -142,15 +142,6 @@ TEST_F(ReducedViewsTest, KeyPointsComeInPixelsOfTheWholeImageOnce) {
   EXPECT_EQ(view.Halvings(), 0);
 }
 
-TEST(HalvingsForTest, TheNearerOneIsReduced) {
-  EXPECT_EQ(HalvingsFor(1.3), 0);
-  EXPECT_EQ(HalvingsFor(1.5), 1);
-  EXPECT_EQ(HalvingsFor(3.5), 2);
-  EXPECT_EQ(HalvingsFor(100), 2);
-  EXPECT_EQ(HalvingsFor(0.6), -1);
-  EXPECT_EQ(HalvingsFor(0.01), -2);
-}
-
 TEST(ReducedPairsTest, OfWhoIsOutsideAloneEitherMayBeReduced) {
   std::vector<SurveyView> views(4);
   for (SurveyView& view : views)

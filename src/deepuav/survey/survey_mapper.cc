@@ -61,19 +61,6 @@ ViewPixels SurveyMapper::PixelsOfViews() const {
   return px;
 }
 
-void SurveyMapper::LookReducedWhereAsked(const std::vector<PairCandidate>& candidates) {
-  const auto look = [this](int view) {
-    LookReduced(camera_, eyes_.reduced, &views_[static_cast<size_t>(view)]);
-  };
-  bool looked = false;
-  for (const PairCandidate& candidate : candidates) {
-    if (candidate.halvings == 0) continue;
-    look(candidate.halvings > 0 ? candidate.a : candidate.b);
-    looked = true;
-  }
-  if (looked) px_ = PixelsOfViews();
-}
-
 /// Photographs that stayed outside of the map may be from another height than those they overlap.
 bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& taken,
                                 std::vector<MatchedPair>* pairs,
@@ -108,12 +95,10 @@ void SurveyMapper::MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPa
   for (const MatchedPair& pair : *pairs) matched.emplace(pair.a, pair.b);
   std::vector<PairCandidate> candidates;
   for (const PairCandidate& pair :
-       OverlappingPairs(built.tracks, built.state, {camera_.width, camera_.height},
-                        eyes_.reduced != nullptr, options_)) {
-    if (pair.halvings == 0 && matched.contains({pair.a, pair.b})) continue;
+       OverlappingPairs(built.tracks, built.state, {camera_.width, camera_.height}, options_)) {
+    if (matched.contains({pair.a, pair.b})) continue;
     if (tried_.insert(pair).second) candidates.push_back(pair);
   }
-  LookReducedWhereAsked(candidates);
   PairMatching matching(&views_, eyes_.quick, eyes_.learned, options_);
   std::vector<MatchedPair> more = matching.Match(candidates, stop);
   Log().debug("{} of {} more pairs that overlap were matched", more.size(), candidates.size());
@@ -153,8 +138,16 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
     const StageScope stage(stages_, "match pairs");
     return matching();
   };
-  if (match([&] { return MatchReduced(built.state, taken, pairs, stop); }))
-    GrowFurther(taken, *pairs, stop, &built);
+  const size_t as_they_are = pairs->size();
+  if (match([&] { return MatchReduced(built.state, taken, pairs, stop); })) {
+    BuiltSurvey with_reduced = built;
+    GrowFurther(taken, *pairs, stop, &with_reduced);
+    if (with_reduced.state.ViewCount() > built.state.ViewCount()) {
+      built = std::move(with_reduced);
+    } else {  // Matches that bring nobody in are more likely wrong than those there are.
+      pairs->resize(as_they_are);
+    }
+  }
   constexpr int kMostRounds = 3;
   int before = 0;
   for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {

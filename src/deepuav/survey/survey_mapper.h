@@ -66,7 +66,6 @@ class SurveyMapper {
                    const std::function<bool()>& stop, BuiltSurvey* built);
   bool MatchReduced(const SurveyState& known, const std::set<int>& taken,
                     std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
-  void LookReducedWhereAsked(const std::vector<PairCandidate>& candidates);
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                      const std::function<bool()>& stop);
   void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
