@@ -162,9 +162,27 @@ class RobustFit {
         options_(options),
         known_(known) {}
 
-  /// From the best hypothesis, or from that turned upright.
-  GeoreferenceAttempt Run(bool upright) {
-    const PathHypothesis start = Start();
+  /// Places the fixes on the path, at the clock offset of the best hypothesis.
+  PathHypothesis Start() {
+    const int steps = static_cast<int>(kOffsetSigmas * clock_.sigma_s / kOffsetStep_s);
+    PathHypothesis best;
+    double best_offset_s = clock_.offset_s;
+    for (int i = -steps; i <= steps; ++i) {
+      const double offset_s = clock_.offset_s + i * kOffsetStep_s;
+      const PathPositions positions = PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s);
+      const PathHypothesis hypothesis =
+          BestHypothesis(positions, antenna_cam_m_, DownInWorld(positions));
+      if (hypothesis.median < best.median) {
+        best = hypothesis;
+        best_offset_s = offset_s;
+      }
+    }
+    PlaceAt(best_offset_s);
+    return best;
+  }
+
+  /// From what Start() gave, as it is or turned upright.
+  GeoreferenceAttempt Run(const PathHypothesis& start, bool upright) {
     if (std::isinf(start.median)) return {std::nullopt, TooFew()};
     PathEstimate estimate = start.estimate;
     if (upright) {
@@ -199,24 +217,6 @@ class RobustFit {
     found_.positions = PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s);
     if (found_.outlier.size() != found_.positions.size())
       found_.outlier.assign(found_.positions.size(), 0);
-  }
-
-  PathHypothesis Start() {
-    const int steps = static_cast<int>(kOffsetSigmas * clock_.sigma_s / kOffsetStep_s);
-    PathHypothesis best;
-    double best_offset_s = clock_.offset_s;
-    for (int i = -steps; i <= steps; ++i) {
-      const double offset_s = clock_.offset_s + i * kOffsetStep_s;
-      const PathPositions positions = PlaceOnPath(path_, fixes_, offset_s, options_.max_gap_s);
-      const PathHypothesis hypothesis =
-          BestHypothesis(positions, antenna_cam_m_, DownInWorld(positions));
-      if (hypothesis.median < best.median) {
-        best = hypothesis;
-        best_offset_s = offset_s;
-      }
-    }
-    PlaceAt(best_offset_s);
-    return best;
   }
 
   Eigen::Vector3d DownInWorld(const PathPositions& positions) const {
@@ -361,8 +361,9 @@ GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<L
   noise.Check();
   options.Check();
   RobustFit upright(path, fixes, antenna_cam_m, clock, noise, options, known);
+  const PathHypothesis start = upright.Start();
   RobustFit as_found = upright;
-  GeoreferenceAttempt attempt = upright.Run(true), other = as_found.Run(false);
+  GeoreferenceAttempt attempt = upright.Run(start, true), other = as_found.Run(start, false);
   if (!attempt.found) return other;
   const bool fixes_contradict =
       other.found && kMuchWorse * as_found.MedianDistance() < upright.MedianDistance();
