@@ -83,6 +83,11 @@ class FeatureWorld {
   const SyntheticWorld& world() const { return world_; }
   const std::vector<Eigen::Vector3d>& landmarks() const { return world_.landmarks_world; }
 
+  /// From now on one landmark looks exactly like another.
+  void MakeAlike(int landmark, int model) {
+    descriptors_[static_cast<size_t>(landmark)] = descriptors_[static_cast<size_t>(model)];
+  }
+
   Camera camera() const {
     Camera camera;
     camera.width = world_.width;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <tuple>
 
@@ -118,9 +119,9 @@ void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<Mat
   *built = {std::move(all), std::move(grown), px_};
 }
 
-std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
-                                               std::vector<MatchedPair>* pairs,
-                                               const std::function<bool()>& stop) {
+std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
+                                                 std::vector<MatchedPair>* pairs,
+                                                 const std::function<bool()>& stop) {
   Tracks tracks = JoinMatches(views_, *pairs);
   std::optional<SurveyState> known;
   {
@@ -155,11 +156,57 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
     match([&] { MatchOverlaps(built, pairs, stop); });
     GrowFurther(taken, *pairs, stop, &built);
   }
-  KeepLensOneToOne(stop, &built);
+  return built;
+}
+
+/// What looks alike may hold photographs where they don't belong, against the matches with those
+/// that they do overlap. The map is then made again without such matches, and kept if it agrees
+/// with more of what the pairs say.
+void SurveyMapper::ResolveContradictions(const std::set<int>& taken,
+                                         std::vector<MatchedPair>* pairs,
+                                         const std::function<bool()>& stop, BuiltSurvey* built) {
+  constexpr int kMostRounds = 4;
+  const PairJudge judge = JudgeOfPairs();
+  if (judge.Doubtful(pairs, *built).empty()) return;
+  std::vector<MatchedPair> trusted = *pairs, suspected;
+  BuiltSurvey doubtful = *built;
+  bool everywhere = false;
+  for (int round = 0; round < kMostRounds && !(stop && stop()); ++round) {
+    if (!judge.SetSuspectsAside(doubtful, everywhere, &trusted, &suspected)) {
+      if (everywhere) return;
+      everywhere = true;
+      continue;
+    }
+    std::optional<BuiltSurvey> again = MakeMap(taken, &trusted, stop);
+    if (!again) return;
+    std::vector<MatchedPair> all = trusted;
+    all.insert(all.end(), suspected.begin(), suspected.end());
+    const double before = judge.Agreement(&all, *built), now = judge.Agreement(&all, *again);
+    Log().debug(
+        "without {} matched pairs that are in doubt the map agrees with {:.0f} instead of {:.0f}",
+        suspected.size(), now, before);
+    doubtful = *again;
+    everywhere = now <= before;
+    if (everywhere) continue;
+    *pairs = trusted;
+    std::ranges::copy_if(suspected, std::back_inserter(*pairs),
+                         [&](const MatchedPair& pair) { return judge.IsExplained(pair, *again); });
+    *built = std::move(*again);
+    GrowFurther(taken, *pairs, stop, built);
+  }
+}
+
+std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
+                                               std::vector<MatchedPair>* pairs,
+                                               const std::function<bool()>& stop) {
+  std::optional<BuiltSurvey> built = MakeMap(taken, pairs, stop);
+  if (!built) return std::nullopt;
+  ResolveContradictions(taken, pairs, stop, &*built);
+  KeepLensOneToOne(stop, &*built);
   // Only what stays outside is matched after this.
-  for (const int view : ViewsIn(built.state))
+  for (const int view : ViewsIn(built->state))
     views_[static_cast<size_t>(view)].turned.fill(Descriptors());
-  Sharpen(stop, &built);
+  Sharpen(stop, &*built);
   return built;
 }
 
@@ -232,6 +279,10 @@ void SurveyMapper::KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurv
   built->state = growth.state();
 }
 
+PairJudge SurveyMapper::JudgeOfPairs() const {
+  return {views_, px_, {camera_.width, camera_.height}, options_};
+}
+
 Camera SurveyMapper::CameraOf(const SurveyLens& lens) const {
   Camera camera = camera_;
   camera.pinhole = lens.camera.pinhole;
@@ -269,6 +320,8 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
       lens_.is_refined = false;
       if (was_refined) outcome.camera = CameraOf(lens_);
     }
+    const std::vector<int> doubtful = JudgeOfPairs().Doubtful(&pairs, *built);
+    outcome.doubtful.insert(outcome.doubtful.end(), doubtful.begin(), doubtful.end());
     const std::set<int> mapped = ViewsIn(built->state);
     taken.insert(mapped.begin(), mapped.end());
     const MapId map = outcome.atlas.NextMap();

@@ -10,6 +10,7 @@
 #include "deepuav/features/extractor.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
+#include "deepuav/survey/pair_evidence.h"
 #include "deepuav/survey/survey_growth.h"
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/track_measurement.h"
@@ -41,6 +42,7 @@ struct SurveyOutcome {
   Camera camera;                    ///< As given, or refined.
   std::vector<Place> places;        ///< By view.
   std::optional<RefinedLens> lens;  ///< Where it was refined.
+  std::vector<int> doubtful;        ///< Views that others contradict: PairJudge::Doubtful().
 };
 
 /// Makes maps of photographs that may come in any order, of a lens that may be a guess: all pairs
@@ -62,6 +64,10 @@ class SurveyMapper {
   ViewPixels PixelsOfViews() const;
   std::optional<BuiltSurvey> Build(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                                    const std::function<bool()>& stop);
+  std::optional<BuiltSurvey> MakeMap(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                                     const std::function<bool()>& stop);
+  void ResolveContradictions(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                             const std::function<bool()>& stop, BuiltSurvey* built);
   void GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
                    const std::function<bool()>& stop, BuiltSurvey* built);
   bool MatchReduced(const SurveyState& known, const std::set<int>& taken,
@@ -72,6 +78,7 @@ class SurveyMapper {
   void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built);
   void RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
   void Sharpen(const std::function<bool()>& stop, BuiltSurvey* built);
+  PairJudge JudgeOfPairs() const;
   Camera CameraOf(const SurveyLens& lens) const;
 
   const Camera camera_;

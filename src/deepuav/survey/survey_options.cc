@@ -37,6 +37,9 @@ void SurveyOptions::Check() const {
   CheckRange("survey.max_model_sigma_px", max_model_sigma_px, 0, 100);
   CheckPositive("survey.max_lens_sigma", max_lens_sigma, 1);
   CheckRange("survey.images_in_memory", images_in_memory, 1, 100000);
+  CheckRange("survey.contradicting_matches", contradicting_matches, 8, 100000);
+  CheckRange("survey.contradicting_coverage", contradicting_coverage, 0, 1);
+  CheckRange("survey.suspect_coverage", suspect_coverage, 0, 1);
   CheckRange("survey.finish_rounds", finish_rounds, 1, 100);
 }
 

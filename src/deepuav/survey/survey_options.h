@@ -35,6 +35,9 @@ struct SurveyOptions {
   double max_model_sigma_px = 0.1;  ///< Left beyond the noise of patches by a lens refined wholly.
   double max_lens_sigma = 0.005;    ///< Of its focal length and principal point, over the former.
   int images_in_memory = 100;       ///< The others wait in a file for being measured in.
+  int contradicting_matches = 40;   ///< Of a pair that the map puts elsewhere, at least...
+  double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.
+  double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
   int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points at the end.
 
   void Check() const;
@@ -90,6 +93,14 @@ struct SurveyOptions {
           "which the views don't tell them all");
     visit("images_in_memory", images_in_memory, "",
           "images of photographs that stay in memory; others wait in a temporary file");
+    visit("contradicting_matches", contradicting_matches, "",
+          "matches of two photographs that the map has at different places, for them to contradict "
+          "it");
+    visit("contradicting_coverage", contradicting_coverage, "",
+          "share of what both would see over which they must spread for that");
+    visit("suspect_coverage", suspect_coverage, "",
+          "share below which matches that hold one of the two where it is may be of what merely "
+          "looks alike");
     visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end");
   }
 };

@@ -59,6 +59,7 @@ struct SurveyState {
 
   SurveyState(const Tracks& tracks, size_t views, const SurveyLens& survey_lens);
   int ViewCount() const;
+  bool Has(int view) const { return cam_from_world[static_cast<size_t>(view)].has_value(); }
   /// How a point moves in the view's camera in a second of readout, up to the row that shows it.
   Eigen::Vector3d DriftPerS(int view, double row_px) const;
   /// The point in the camera of a view that has a pose, when the row is read.

@@ -54,6 +54,7 @@ struct PairCandidate {
 struct MatchedPair {
   int a = 0, b = 0;
   std::vector<Match> matches;
+  std::optional<double> coverage = {};  ///< MatchCoverage(), once it was asked for.
 };
 
 /// Pairs by the order of the photographs and by what they look like under every heading, the order

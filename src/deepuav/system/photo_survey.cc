@@ -1,7 +1,9 @@
 #include "deepuav/system/photo_survey.h"
 
+#include <string>
 #include <utility>
 
+#include "deepuav/base/logging.h"
 #include "deepuav/base/time.h"
 #include "deepuav/image/image_store.h"
 #include "deepuav/mapping/mapper.h"
@@ -63,6 +65,19 @@ void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& optio
   }
 }
 
+void TellDoubts(const std::vector<Frame>& frames, SurveyRun* run) {
+  const std::vector<int>& doubtful = run->outcome.doubtful;
+  run->result.doubtful_photographs = static_cast<int>(doubtful.size());
+  if (doubtful.empty()) return;
+  std::string numbers;
+  for (const int view : doubtful)
+    numbers += fmt::format("{}{}", numbers.empty() ? "" : ", ",
+                           frames[static_cast<size_t>(view)].id.value);
+  Log().warn(
+      "{} photographs match others that lie elsewhere in the map, which may be wrong there: {}",
+      doubtful.size(), numbers);
+}
+
 }  // namespace
 
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
@@ -107,6 +122,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
     run.outcome.places.resize(frames.size());
     run.outcome.camera = camera;
   }
+  TellDoubts(frames, &run);
   for (size_t v = 0; v < frames.size(); ++v) {
     run.result.frames.push_back(RecordOf(frames[v], run.outcome, run.outcome.places[v]));
   }

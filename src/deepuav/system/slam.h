@@ -121,6 +121,7 @@ struct SlamResult {
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
+  int doubtful_photographs = 0;  ///< Of a survey: SurveyOutcome::doubtful.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.

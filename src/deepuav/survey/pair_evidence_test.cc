@@ -1,0 +1,124 @@
+#include "deepuav/survey/pair_evidence.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "deepuav/geometry/alignment.h"
+#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/survey/survey_mapper.h"
+#include "support/synthetic_features.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kHeightM = 40, kStepM = 25, kRoofM = 10;
+constexpr int kPhotographs = 8, kOnRoof = 700;
+const cv::Size kSize(752, 480);
+
+/// A line of photographs that overlap by half, over thinly textured ground; the first and the last
+/// show roofs of one kind, hip roofs with more on them than all the ground around.
+class AlikeRoofs : public ::testing::Test {
+ protected:
+  AlikeRoofs() : world_(Ground(), 2) {
+    for (int i = 0; i < kOnRoof; ++i) world_.MakeAlike(i + kOnRoof, i);
+    Random random(5);
+    for (int i = 0; i < kPhotographs; ++i)
+      poses_.push_back(
+          Perturbed(LookDown({i * kStepM, 0, kHeightM}, M_PI / 2), 0.5, 0.05, &random));
+    for (const SE3& pose : poses_) {
+      SurveyView view;
+      view.frame.id = {static_cast<int64_t>(views_.size())};
+      view.frame.time = {static_cast<int64_t>(views_.size()) * 1000000000};
+      view.frame.features = world_.View(pose, {0.4, 0.2, 0, 30}, &random).features;
+      views_.push_back(std::move(view));
+    }
+    options_.sequence_neighbours = kPhotographs;
+  }
+
+  static SyntheticWorld Ground() {
+    Random random(1);
+    SyntheticWorld geometry;
+    std::vector<Eigen::Vector3d>& all = geometry.landmarks_world;
+    for (int i = 0; i < kOnRoof; ++i) {
+      const double x = random.Uniform(-kRoofM, kRoofM), y = random.Uniform(-kRoofM, kRoofM);
+      all.emplace_back(x, y, 8 - 0.4 * std::max(std::abs(x), std::abs(y)));
+    }
+    for (int i = 0; i < kOnRoof; ++i)
+      all.push_back(all[static_cast<size_t>(i)] +
+                    Eigen::Vector3d(kStepM * (kPhotographs - 1), 0, 0));
+    const auto ground =
+        LandmarksOnGround(3600, {-50, -35}, {kStepM * kPhotographs + 15, 35}, 2, &random);
+    all.insert(all.end(), ground.begin(), ground.end());
+    return geometry;
+  }
+
+  SurveyOutcome Run(const SurveyOptions& options) {
+    return SurveyMapper(world_.camera(), 0, options, {&matcher_}, nullptr).Run(views_);
+  }
+
+  /// The farthest photograph in the first map, after alignment, m.
+  double Farthest(const SurveyOutcome& outcome) const {
+    std::vector<Eigen::Vector3d> found, truth;
+    for (size_t v = 0; v < poses_.size(); ++v) {
+      const SurveyOutcome::Place& place = outcome.places[v];
+      if (place.map != outcome.atlas.Remaining().front()) continue;
+      found.push_back(
+          outcome.atlas.At(place.map).At(place.keyframe).cam_from_world.InverseTranslation());
+      truth.push_back(poses_[v].InverseTranslation());
+    }
+    const auto truth_from_found = Align(found, truth, AlignmentKind::kSimilar);
+    double farthest = 0;
+    for (size_t i = 0; i < found.size(); ++i)
+      farthest = std::max(farthest, (*truth_from_found * found[i] - truth[i]).norm());
+    return farthest;
+  }
+
+  /// Those that one epipolar geometry holds for.
+  std::vector<Match> Matches(int a, int b) {
+    const std::vector<MatchedPair> pairs =
+        PairMatching(&views_, &matcher_, nullptr, options_).Match({{a, b, 0, 0}}, nullptr);
+    return pairs.empty() ? std::vector<Match>{} : pairs.front().matches;
+  }
+  double Coverage(int a, int b) {
+    return MatchCoverage(*views_[static_cast<size_t>(a)].frame.features,
+                         *views_[static_cast<size_t>(b)].frame.features, Matches(a, b), kSize);
+  }
+
+  FeatureWorld world_;
+  std::vector<SE3> poses_;
+  std::vector<SurveyView> views_;
+  SurveyOptions options_;
+  NearestNeighbourMatcher matcher_{{}};
+};
+
+TEST_F(AlikeRoofs, WhatIsTheSameMatchesAllOverAndWhatIsAlikeInParts) {
+  for (int v = 1; v < kPhotographs; ++v) EXPECT_GT(Coverage(v - 1, v), 0.7) << v;
+  EXPECT_GT(Matches(0, kPhotographs - 1).size(), 200u);
+  EXPECT_LT(Coverage(0, kPhotographs - 1), 0.45);
+}
+
+TEST_F(AlikeRoofs, FewMatchesCoverNothing) {
+  const Features& a = *views_[0].frame.features;
+  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {}, kSize), 0);
+  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {{0, 0, 0.1f}}, kSize), 0);
+}
+
+TEST_F(AlikeRoofs, DoNotPutPhotographsOnTopOfOneAnother) {
+  SurveyOptions blind = options_;
+  blind.contradicting_matches = 100'000;
+  const SurveyOutcome misled = Run(blind);
+  ASSERT_FALSE(misled.atlas.Remaining().empty());
+  EXPECT_GT(Farthest(misled), 10) << "the world is too easy for this test";
+
+  const SurveyOutcome outcome = Run(options_);
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  EXPECT_TRUE(
+      std::ranges::all_of(outcome.places, [](const auto& place) { return place.map.valid(); }));
+  EXPECT_LT(Farthest(outcome), 0.5);
+  EXPECT_TRUE(outcome.doubtful.empty());
+}
+
+}  // namespace
+}  // namespace deepuav
