@@ -44,12 +44,12 @@ struct Settings {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("start", start, "", "");
-    visit("end", end, "", "");
-    visit("stride", stride, "", "");
+    visit("start", start, "", "", Between(0, 1e9));
+    visit("end", end, "", "", Between(0, 1e9));
+    visit("stride", stride, "", "", Between(1, 1e9));
     visit("turned", turned, "", "");
-    visit("right_m", right_m, "m", "");
-    visit("right_deg", right_deg, "deg", "");
+    visit("right_m", right_m, "m", "", Between(0, 1e6));
+    visit("right_deg", right_deg, "deg", "", Between(0, 180));
     visit("rows", rows, "", "");
   }
 };
@@ -169,7 +169,6 @@ void Run(const std::array<std::string, 4>& files, const std::vector<std::string>
   registry.Add("matching", &matching);
   registry.Add("run", &settings);
   registry.Add("relocalisation", &options);
-  registry.Add("relocalisation.absolute_pose", &options.absolute_pose);
   for (const std::string& word : words) {
     const bool own = word.find('.') > word.find('=');
     registry.SetAssignment(own ? "run." + word : word);

@@ -13,8 +13,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/base/sha256.h"
 #include "deepuav/inference/blob_cache.h"
 
@@ -162,16 +161,7 @@ size_t IndexOf(const std::vector<TensorInfo>& tensors, const std::string& name,
 
 }  // namespace
 
-void InferenceOptions::Check() const {
-  CheckRange("inference.threads", threads, 1, 1024);
-  CheckPrecision("inference.precision", precision);
-}
-
-void CheckPrecision(const std::string& option, const std::string& precision) {
-  if (precision != "auto" && precision != "fp32" && precision != "bf16" && precision != "int8") {
-    throw Error("option {} is '{}': expected auto, fp32, bf16 or int8", option, precision);
-  }
-}
+void InferenceOptions::Check() const { CheckOptions("inference", *this); }
 
 bool HasFastArithmetic(const std::string& precision) {
   if (precision == "bf16") return HasFastBf16();

@@ -68,7 +68,8 @@ struct DatasetOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("working_pixels", working_pixels, "",
-          "pixels to which larger images are reduced before anything looks at them; 0: none are");
+          "pixels to which larger images are reduced before anything looks at them; 0: none are",
+          ZeroOr(Between(1e4, 4e8)));
   }
 };
 

@@ -6,8 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/looping/drift.h"
 
 namespace deepuav {
@@ -44,19 +43,11 @@ std::set<KeyframeId> Surroundings(const Map& map, KeyframeId keyframe, int min_s
 
 }  // namespace
 
-void LoopingOptions::Check() const {
-  CheckRange("looping.agreeing_keyframes", agreeing_keyframes, 1, 1000);
-  CheckRange("looping.memory_keyframes", memory_keyframes, agreeing_keyframes, 10'000);
-  CheckPositive("looping.max_disagreement_px", max_disagreement_px, 10'000);
-  CheckPositive("looping.max_scale_disagreement", max_scale_disagreement, 100);
-  CheckRange("looping.rest_keyframes", rest_keyframes, 0, 1'000'000);
-  CheckRange("looping.moved_keyframes", moved_keyframes, 1, 1'000'000);
-  CheckRange("looping.min_near_shared", min_near_shared, 1, 1'000'000);
-  recogniser.Check();
-  relocaliser.Check();
-  verifier.Check();
-  drift.Check();
-  essential_graph.Check();
+void LoopingOptions::Check() const { CheckOptions("looping", *this); }
+
+void LoopingOptions::CheckRelations() const {
+  CheckOption(memory_keyframes >= agreeing_keyframes, "memory_keyframes", memory_keyframes,
+              "at least looping.agreeing_keyframes");
 }
 
 LoopCloser::LoopCloser(const Camera& camera, const LoopingOptions& options,

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
 #include "deepuav/looping/drift.h"
 #include "deepuav/looping/essential_graph.h"
@@ -29,22 +30,31 @@ struct LoopingOptions {
   EssentialGraphOptions essential_graph;
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "", "whether places are recognised at all");
     visit("agreeing_keyframes", agreeing_keyframes, "",
-          "keyframes that must find the same loop before it is closed");
-    visit("memory_keyframes", memory_keyframes, "", "newest keyframes among which they must be");
+          "keyframes that must find the same loop before it is closed", Between(1, 1000));
+    visit("memory_keyframes", memory_keyframes, "", "newest keyframes among which they must be",
+          Between(1, 10'000));
     visit("max_disagreement_px", max_disagreement_px, "px",
-          "between where two keyframes see the loop's place");
+          "between where two keyframes see the loop's place", Above(0, 10'000));
     visit("max_scale_disagreement", max_scale_disagreement, "",
-          "natural logarithm of the ratio of two keyframes' scales of the loop");
+          "natural logarithm of the ratio of two keyframes' scales of the loop", Above(0, 100));
     visit("rest_keyframes", rest_keyframes, "",
-          "keyframes after a closed loop until the next in the same map");
+          "keyframes after a closed loop until the next in the same map", Between(0, 1'000'000));
     visit("moved_keyframes", moved_keyframes, "",
-          "keyframes around the newest that move as one before the rest follows");
+          "keyframes around the newest that move as one before the rest follows",
+          Between(1, 1'000'000));
     visit("min_near_shared", min_near_shared, "",
-          "landmarks that keyframes share to be near one another");
+          "landmarks that keyframes share to be near one another", Between(1, 1'000'000));
+    visit.Part("recogniser", recogniser);
+    visit.Part("relocaliser", relocaliser);
+    visit.Part("verifier", verifier);
+    visit.Part("drift", drift);
+    visit.Part("essential_graph", essential_graph);
   }
 };
 

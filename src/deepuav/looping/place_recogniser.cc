@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -19,14 +18,7 @@ MapId MapOf(const Atlas& atlas, const std::vector<MapId>& maps, KeyframeId keyfr
 
 }  // namespace
 
-void RecogniserOptions::Check() const {
-  CheckRange("looping.recogniser.max_hits", max_hits, 1, 100'000);
-  CheckRange("looping.recogniser.min_similarity", min_similarity, 0, 1);
-  CheckOption(min_relative_similarity >= 0 && min_relative_similarity <= 1,
-              "looping.recogniser.min_relative_similarity", min_relative_similarity, "0 to 1");
-  CheckRange("looping.recogniser.group_keyframes", group_keyframes, 0, 100'000);
-  CheckRange("looping.recogniser.max_places", max_places, 1, 1000);
-}
+void RecogniserOptions::Check() const { CheckOptions("looping.recogniser", *this); }
 
 PlaceRecogniser::PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options)
     : vocabulary_(vocabulary), options_(options) {
