@@ -21,9 +21,7 @@ std::string DefaultCacheFolder() {
 
 }  // namespace
 
-bool RecognisesPlaces(const RunOptions& options) {
-  return !options.places.vocabulary.empty() && options.system.looping.enabled;
-}
+bool RecognisesPlaces(const RunOptions& options) { return !options.places.vocabulary.empty(); }
 
 bool NeedsSuperGlue(const RunOptions& options) { return options.matcher.method == "superglue"; }
 

@@ -200,6 +200,7 @@ class Slam {
   /// Whether it is time to look for a lost camera under other headings again.
   bool TurnsAt(Timestamp time);
   PlaceMatchers MatchersOfPlaces();
+  std::optional<PlaceMemory> MakePlaces() const;
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
@@ -228,6 +229,7 @@ class Slam {
   StageClock clock_;
   Atlas atlas_;
   Mapper mapper_;
+  std::optional<PlaceMemory> places_;  ///< Nothing without a vocabulary.
   std::optional<LoopCloser> loop_closer_;
   BackEnd back_end_;
   Tracker tracker_;

@@ -7,6 +7,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/localisation/frame_locator.h"
+#include "deepuav/localisation/relocaliser.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/tracking/initialiser.h"
 #include "deepuav/tracking/keyframe_decision.h"
@@ -21,6 +22,7 @@ struct TrackingOptions {
   InitialiserOptions initialiser;
   LocatorOptions locator;
   KeyframeOptions keyframes;
+  RelocaliserOptions relocaliser;  ///< Of lost frames, by who finds them.
 
   void Check() const;
   template <typename Visitor>
@@ -30,6 +32,7 @@ struct TrackingOptions {
     visit("max_lost_s", max_lost_s, "s", "time since the last pose with which a new map is started",
           Between(0, 1e6));
     visit.Part("", locator);  // initialiser and keyframes have names of their own
+    visit.Part("relocaliser", relocaliser);
   }
 };
 

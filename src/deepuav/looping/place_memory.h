@@ -43,13 +43,11 @@ struct PlaceCandidate {
 };
 
 /// Remembers what keyframes look like and finds those that an image resembles, in all maps of an
-/// atlas. Thread-compatible.
-class PlaceRecogniser {
+/// atlas: for lost frames and for loops alike. Thread-compatible.
+class PlaceMemory {
  public:
   /// `vocabulary` must outlive it.
-  PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options);
-
-  const Vocabulary& vocabulary() const { return *vocabulary_; }
+  PlaceMemory(const Vocabulary* vocabulary, const RecogniserOptions& options);
 
   void Remember(const Keyframe& keyframe);
   bool Remembers(KeyframeId keyframe) const { return index_.Contains(keyframe); }
@@ -60,6 +58,10 @@ class PlaceRecogniser {
   /// which `skip` is true, and those no longer in the atlas, are left out.
   std::vector<PlaceCandidate> Recognise(const Atlas& atlas, std::span<const BagOfWords> views,
                                         const std::function<bool(KeyframeId)>& skip = nullptr);
+  /// The same of an image; `turned` are its descriptors under other headings, or none.
+  std::vector<PlaceCandidate> PlacesLike(const Atlas& atlas, const Features& features,
+                                         std::span<const Descriptors> turned,
+                                         const std::function<bool(KeyframeId)>& skip = nullptr);
 
  private:
   void ForgetCulled(const Atlas& atlas);
