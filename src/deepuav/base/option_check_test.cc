@@ -29,8 +29,8 @@ struct Search {
   double radius_px = 8;
   bool enabled = true;
   std::string model = "a.onnx";
-  Pose pose;
-  Pose unnamed;
+  Pose pose = {};
+  Pose unnamed = {};
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {

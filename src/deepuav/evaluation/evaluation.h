@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/evaluation/association.h"
 #include "deepuav/evaluation/ate.h"
 #include "deepuav/evaluation/rpe.h"

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/time.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
