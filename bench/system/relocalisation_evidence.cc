@@ -22,6 +22,7 @@
 #include <map>
 #include <numbers>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/time.h"
@@ -229,11 +230,8 @@ int main(int argc, char** argv) {
                  "[name=value ...]\n";
     return 2;
   }
-  try {
+  return deepuav::RunBench("relocalisation_evidence", [&] {
     deepuav::Run({argv[1], argv[2], argv[3], argv[4]}, {argv + 5, argv + argc});
-  } catch (const std::exception& error) {
-    std::cerr << "relocalisation_evidence: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }
