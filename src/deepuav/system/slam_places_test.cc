@@ -99,17 +99,18 @@ TEST(SlamPlaces, IsFoundAgainAfterAJumpInItsMap) {
 TEST(SlamPlaces, IsFoundAgainWhereNoLoopIsClosed) {
   const FeatureWorld world = Court(2);
   SyntheticFlight flight = MakeFlight(world, Walk(0, kLap + 60), kNoise, 3);
-  Append(MakeFlight(world, Walk(0.1, 60), kNoise, 4), &flight);
-  flight.camera.pinhole.fx *= 1.04;  // a wrong calibration drifts
+  Append(MakeFlight(world, Walk(0.4, 20), kNoise, 4), &flight);
+  flight.camera.pinhole.fx *= 1.04;  // without drift there is no loop to close
   flight.camera.pinhole.fy *= 1.04;
   const Vocabulary vocabulary = VocabularyOf(flight);
   SystemOptions no_loops;
   no_loops.looping.enabled = false;
-  const Outcome run = Fly(flight, &vocabulary, Schedule::kSequential, nullptr, no_loops);
-  EXPECT_EQ(run.result.closed_loops, 0);
-  EXPECT_GE(run.result.relocalisations, 1);
-  ASSERT_EQ(run.maps.size(), 1u);
-  EXPECT_EQ(LocatedIn(run, run.maps[0]), flight.size());
+  const Outcome with = Fly(flight, &vocabulary);
+  const Outcome without = Fly(flight, &vocabulary, Schedule::kSequential, nullptr, no_loops);
+  EXPECT_GE(with.result.closed_loops, 1);
+  EXPECT_EQ(without.result.closed_loops, 0);
+  EXPECT_GE(without.result.relocalisations, 1);
+  EXPECT_EQ(without.maps.size(), 1u);
 }
 
 TEST(SlamPlaces, LostFramesAreFoundByOptionsOfTheirOwn) {

@@ -13,6 +13,8 @@
 
 namespace deepuav {
 
+inline constexpr FeatureNoise kNoise{0.4, 0.3, 0, 20};
+
 inline FeatureWorld BoxWorld(uint64_t seed = 1) {
   Random random(seed);
   SyntheticWorld geometry;
