@@ -1,13 +1,12 @@
 #include "simulation_options.h"
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 
 #include "deepuav/assembly/shipped_files.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/io/text_file.h"
@@ -19,8 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kEnding = ".yaml";
-constexpr int kSmallestSidePx = 8, kLargestSidePx = 8192;
-constexpr double kLongestFocalPx = 1e6;
 
 std::vector<std::string> FlightNames() {
   std::vector<std::string> names;
@@ -61,36 +58,16 @@ std::vector<double> ReadDistortion(const std::string& text) {
 LensModel ReadLens(const std::string& model) {
   if (model == "pinhole") return LensModel::kPinhole;
   if (model == "radial_tangential") return LensModel::kRadialTangential;
-  if (model == "equidistant") return LensModel::kEquidistant;
-  throw Error("option camera.model is '{}': expected pinhole, radial_tangential or equidistant",
-              model);
+  return LensModel::kEquidistant;  // Check() lets no other pass
 }
 
 }  // namespace
 
-void FlightOptions::Check() const {
-  CheckPositive("flight.duration_s", duration_s, kLongestFlightS);
-  CheckRange("flight.seed", seed, 0, std::numeric_limits<int>::max());
-}
+void FlightOptions::Check() const { CheckOptions("flight", *this); }
 
-void OutputOptions::Check() const {
-  if (image_format != "jpg" && image_format != "png")
-    throw Error("option output.image_format is '{}': expected jpg or png", image_format);
-  CheckOption(jpeg_quality >= 1 && jpeg_quality <= 100, "output.jpeg_quality", jpeg_quality,
-              "1 to 100");
-  CheckRange("output.depth_unit_m", depth_unit_m, 1e-6, 1000);
-}
+void OutputOptions::Check() const { CheckOptions("output", *this); }
 
-void CameraOptions::Check() const {
-  CheckRange("camera.rate_hz", rate_hz, 0.001, 1000);
-  if (!file.empty()) return;
-  CheckRange("camera.width", width, kSmallestSidePx, kLargestSidePx);
-  CheckRange("camera.height", height, kSmallestSidePx, kLargestSidePx);
-  CheckPositive("camera.fx", fx, kLongestFocalPx);
-  CheckPositive("camera.fy", fy, kLongestFocalPx);
-  CheckRange("camera.cx", cx, -kLongestFocalPx, kLongestFocalPx);
-  CheckRange("camera.cy", cy, -kLongestFocalPx, kLongestFocalPx);
-}
+void CameraOptions::Check() const { CheckOptions("camera", *this); }
 
 Camera MakeCamera(const SimulationOptions& simulation) {
   const CameraOptions& options = simulation.camera;

@@ -29,8 +29,10 @@ struct FlightOptions {
   void Visit(Visitor&& visit) {
     visit("about", about, "", "one line on the flight");
     visit("scene", scene, "", "a scene's name, or its YAML file");
-    visit("duration_s", duration_s, "s", "recorded at most, if the course is not flown before");
-    visit("seed", seed, "", "of wind and noise of all sensors; the scene has one of its own");
+    visit("duration_s", duration_s, "s", "recorded at most, if the course is not flown before",
+          Above(0, kLongestFlightS));
+    visit("seed", seed, "", "of wind and noise of all sensors; the scene has one of its own",
+          AnySeed());
   }
 };
 
@@ -50,16 +52,18 @@ struct CameraOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
+    constexpr double kSmallestSidePx = 8, kLargestSidePx = 8192, kLongestFocalPx = 1e6;
     visit("file", file, "", "a camera.yaml that takes the place of all other values but the rate");
-    visit("model", model, "", "pinhole, radial_tangential or equidistant");
-    visit("width", width, "px", "of the images");
-    visit("height", height, "px", "of the images");
-    visit("fx", fx, "px", "focal length");
-    visit("fy", fy, "px", "focal length");
-    visit("cx", cx, "px", "principal point");
-    visit("cy", cy, "px", "principal point");
+    visit("model", model, "", "of the lens",
+          OneOf({"pinhole", "radial_tangential", "equidistant"}));
+    visit("width", width, "px", "of the images", Between(kSmallestSidePx, kLargestSidePx));
+    visit("height", height, "px", "of the images", Between(kSmallestSidePx, kLargestSidePx));
+    visit("fx", fx, "px", "focal length", Above(0, kLongestFocalPx));
+    visit("fy", fy, "px", "focal length", Above(0, kLongestFocalPx));
+    visit("cx", cx, "px", "principal point", Between(-kLongestFocalPx, kLongestFocalPx));
+    visit("cy", cy, "px", "principal point", Between(-kLongestFocalPx, kLongestFocalPx));
     visit("distortion", distortion, "", "coefficients, separated by blanks");
-    visit("rate_hz", rate_hz, "Hz", "images a second");
+    visit("rate_hz", rate_hz, "Hz", "images a second", Between(0.001, 1000));
   }
 };
 
@@ -74,10 +78,10 @@ struct OutputOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("image_format", image_format, "", "jpg or png");
-    visit("jpeg_quality", jpeg_quality, "", "1 to 100");
+    visit("image_format", image_format, "", "of the images", OneOf({"jpg", "png"}));
+    visit("jpeg_quality", jpeg_quality, "", "of the images", Between(1, 100));
     visit("depth", depth, "", "write the depth of each image");
-    visit("depth_unit_m", depth_unit_m, "m", "of the 16-bit depths");
+    visit("depth_unit_m", depth_unit_m, "m", "of the 16-bit depths", Between(1e-6, 1000));
     visit("flow", flow, "", "write the optical flow from each image to the next");
   }
 };

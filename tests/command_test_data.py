@@ -1,4 +1,4 @@
-"""Datasets for command_test.py, in every layout, made with nothing but the standard library."""
+"""Datasets for the tests of commands, in every layout, made with nothing but the standard library."""
 import os
 import struct
 import zlib

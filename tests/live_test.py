@@ -5,26 +5,21 @@
 """
 import http.server
 import json
-import os
 import random
-import re
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-import unittest
 from pathlib import Path
 
 import command_test_data as data
 import layered_scene
 from jpeg_encoder import jpeg
+from program_under_test import TIMEOUT_S, UnderWay, command, main
+from scene_test_case import FRAMES, SceneTest
 
-DEEPUAV = None
-FRAMES = 40
 RATE_HZ = 10
-TIMEOUT_S = 120
 BOUNDARY = b"--frame\r\n"
 
 
@@ -95,25 +90,13 @@ class Camera:
             pass  # Nobody looks any more.
 
 
-class Live:
+class Live(UnderWay):
     """`deepuav live` under way."""
 
     def __init__(self, source, out, *arguments, log_level="info"):
         self.out = out
-        self.log = Path(f"{out}.log")
-        with self.log.open("w") as log:
-            self.process = subprocess.Popen([DEEPUAV, "live", source, "--out", out, "--log-level", log_level, *arguments],
-                                            stdout=subprocess.PIPE, stderr=log, text=True)
-
-    def text(self):
-        return self.log.read_text()
-
-    def wait_for(self, pattern, seconds=TIMEOUT_S):
-        end = time.monotonic() + seconds
-        while not re.search(pattern, self.text()):
-            if self.process.poll() is not None or time.monotonic() > end:
-                raise AssertionError(f"no {pattern!r} in:\n{self.text()}")
-            time.sleep(0.05)
+        super().__init__(f"{out}.log", "live", source, "--out", out, "--log-level", log_level, *arguments,
+                         stdout=subprocess.PIPE, text=True)
 
     def end(self, by=None):
         """Its exit status and what it printed."""
@@ -125,19 +108,11 @@ class Live:
     def summary(self):
         return json.loads((self.out / "summary.json").read_text())
 
-    def resident_mb(self):
-        status = Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1]) / 1024
 
-
-class LiveTest(unittest.TestCase):
+class LiveTest(SceneTest):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix="deepuav-live-test-")
-        cls.addClassCleanup(cls.folder.cleanup)
-        cls.scratch = Path(cls.folder.name)
-        os.environ["XDG_CACHE_HOME"] = str(cls.scratch / "cache")
-        cls.scene = layered_scene.euroc(cls.scratch / "scene", FRAMES)
+        super().setUpClass()
         cards = layered_scene.make_cards(random.Random(1))
         cls.pictures = [layered_scene.draw(cards, i * layered_scene.STEP_M, 0.2 * i * layered_scene.STEP_M)
                         for i in range(FRAMES)]
@@ -192,7 +167,7 @@ class LiveTest(unittest.TestCase):
                 live.wait_for(r"saved \d\d+ frames")
                 summary = self.check_run(live, least_poses=1)
                 self.assertFalse(summary["stopped_early"])
-                subprocess.run([DEEPUAV, "map", "info", self.out / "map.deepuav"], check=True, capture_output=True)
+                subprocess.run(command("map", "info", self.out / "map.deepuav"), check=True, capture_output=True)
                 self.assertEqual(live.end(getattr(signal, name))[0], status)
                 self.assertTrue(self.check_run(live, least_poses=1)["stopped_early"])
                 self.assertGreater(live.summary()["frames"]["processed"], summary["frames"]["processed"])
@@ -259,5 +234,4 @@ class LiveTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    DEEPUAV = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    main(__doc__)

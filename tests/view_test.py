@@ -15,39 +15,26 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-import unittest
 from pathlib import Path
 
-import layered_scene
+from program_under_test import TIMEOUT_S, UnderWay, command, main
+from scene_test_case import SceneTest
 
-DEEPUAV = None
-FRAMES = 40
-TIMEOUT_S = 120
 HOSTILE = 200
 RESULTS = ("trajectory.txt", "keyframes.txt", "points.ply", "frames.csv", "map.deepuav")
 
 
-class Program:
+class Program(UnderWay):
     """`deepuav` with a page, under way."""
 
-    def __init__(self, *arguments):
-        self.log = tempfile.NamedTemporaryFile("w+", suffix=".log")
-        self.process = subprocess.Popen([DEEPUAV, *map(os.fspath, arguments)], stdout=subprocess.DEVNULL, stderr=self.log)
-        end = time.monotonic() + TIMEOUT_S
-        while not (found := re.search(r"watch at (http://\S+)", self.text())):
-            if self.process.poll() is not None or time.monotonic() > end:
-                raise AssertionError(self.text())
-            time.sleep(0.05)
-        self.url = found[1]
+    def __init__(self, log, *arguments):
+        super().__init__(log, *arguments, stdout=subprocess.DEVNULL)
+        self.url = self.wait_for(r"watch at (http://\S+)")[1]
         self.host = re.match(r"http://([^/]+)", self.url)[1]
         self.token = self.url.partition("token=")[2]
-
-    def text(self):
-        return Path(self.log.name).read_text()
 
     def stop(self):
         if self.process.poll() is None:
@@ -193,20 +180,17 @@ class Hostile(threading.Thread):
                 client.sendall(b"b" * 1_000_000)
 
 
-class ViewTest(unittest.TestCase):
+class ViewTest(SceneTest):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix="deepuav-view-test-")
-        cls.addClassCleanup(cls.folder.cleanup)
-        cls.scratch = Path(cls.folder.name)
-        os.environ["XDG_CACHE_HOME"] = str(cls.scratch / "cache")
-        cls.scene = layered_scene.euroc(cls.scratch / "scene", FRAMES)
+        super().setUpClass()
         cls.recorded = cls.scratch / "recorded"
-        subprocess.run([DEEPUAV, "run", cls.scene, "--out", cls.recorded, "--log-level", "off"], check=True,
+        subprocess.run(command("run", cls.scene, "--out", cls.recorded, "--log-level", "off"), check=True,
                        capture_output=True)
 
     def start(self, *arguments):
-        program = Program(*arguments, "--port", "0")
+        log = Path(tempfile.mkdtemp(prefix="log-", dir=self.scratch)) / "log"
+        program = Program(log, *arguments, "--port", "0")
         self.addCleanup(program.stop)
         return program
 
@@ -269,12 +253,12 @@ class ViewTest(unittest.TestCase):
         for arguments, told in ((("view", self.scratch / "nothing"), "nothing"),
                                 (("view", self.recorded, "--listen", "moon"), "moon"),
                                 (("view", self.recorded, "--port", "70000"), "--port")):
-            done = subprocess.run([DEEPUAV, *map(os.fspath, arguments)], capture_output=True, text=True)
+            done = subprocess.run(command(*arguments), capture_output=True, text=True)
             self.assertNotEqual(done.returncode, 0)
             self.assertIn(told, done.stderr)
             self.assertEqual(len(done.stderr.splitlines()), 1)
         taken = self.start("view", self.recorded)
-        done = subprocess.run([DEEPUAV, "view", self.recorded, "--port", taken.host.split(":")[1]], capture_output=True,
+        done = subprocess.run(command("view", self.recorded, "--port", taken.host.split(":")[1]), capture_output=True,
                               text=True)
         self.assertEqual(done.returncode, 1)
         self.assertIn("no page can be served there", done.stderr)
@@ -283,7 +267,7 @@ class ViewTest(unittest.TestCase):
         scene, alone, out = (self.scratch / name for name in ("long", "alone", "watched"))
         to_and_fro(self.scene, scene)
         run = ("run", scene, "--schedule", "threaded", "--log-level", "off", "--out")
-        subprocess.run([DEEPUAV, *run, alone], check=True, capture_output=True)
+        subprocess.run(command(*run, alone), check=True, capture_output=True)
         program = self.start(*run, out, "--view")
         over = threading.Event()
         clients = [Hostile(program, kind, over) for kind in range(HOSTILE)]
@@ -303,7 +287,7 @@ class ViewTest(unittest.TestCase):
         self.assertEqual(status, 101)
         while message(own)[0] != "picture":
             pass
-        before = resident_mb(program.process.pid)
+        before = program.resident_mb()
         over = threading.Event()
         clients = [Hostile(program, kind, over) for kind in range(HOSTILE) if kind % 8 != 5]  # These would be viewers.
         for client in clients:
@@ -318,7 +302,7 @@ class ViewTest(unittest.TestCase):
         self.assertGreater(updates, 20)
         self.assertGreater(len(frames), 10)
         self.assertEqual(program.get()[0], 200)
-        after = resident_mb(program.process.pid)
+        after = program.resident_mb()
         over.set()
         for client in clients:
             client.join(30)
@@ -336,10 +320,5 @@ def to_and_fro(scene, longer, times=6):
     table.write_text("\n".join([head] + [f"{10**9 + i * 10**8},{name}" for i, name in enumerate(names)]) + "\n")
 
 
-def resident_mb(pid):
-    return int(re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())[1]) / 1024
-
-
 if __name__ == "__main__":
-    DEEPUAV = os.path.abspath(sys.argv.pop(1))
-    unittest.main()
+    main(__doc__)

@@ -7,7 +7,6 @@ image's arrival to its pose, processor time, memory, messages a client gets.
 import argparse
 import json
 import os
-import re
 import sys
 import tempfile
 import threading
@@ -15,6 +14,7 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
+import program_under_test
 import view_test
 
 FIRST_S = 1  # Not judged.
@@ -55,10 +55,6 @@ def server_s(pid):
     return total / os.sysconf("SC_CLK_TCK")
 
 
-def resident_mb(pid):
-    return int(re.search(r"VmRSS:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text())[1]) / 1024
-
-
 def skipped_after(out, first_s):
     """Images that were overtaken after the first seconds: gaps in the numbers of the frames."""
     rows = [row.split(",")[:2] for row in (out / "frames.csv").read_text().splitlines()[1:]]
@@ -70,10 +66,10 @@ def skipped_after(out, first_s):
 def measure(arguments, clients):
     with tempfile.TemporaryDirectory(prefix="deepuav-live-bench-") as folder:
         out = Path(folder) / "out"
-        view_test.DEEPUAV = arguments.deepuav
+        program_under_test.DEEPUAV = arguments.deepuav
         # The page is served in any case, so that the program says when it begins; without clients it does nothing.
-        program = view_test.Program("live", arguments.dataset, "--loop", "--out", out, "--view", "--port", "0",
-                                    "--log-level", "off")
+        program = view_test.Program(Path(folder) / "log", "live", arguments.dataset, "--loop", "--out", out, "--view",
+                                    "--port", "0", "--log-level", "off")
         watchers = [Watcher(program) for _ in range(clients)]
         for watcher in watchers:
             watcher.start()
@@ -82,7 +78,7 @@ def measure(arguments, clients):
         server_before = server_s(program.process.pid)
         while time.monotonic() - began < arguments.seconds:
             time.sleep(1)
-            memory.append(resident_mb(program.process.pid))
+            memory.append(program.resident_mb())
         load = (processor_s(program.process.pid) - before) / (time.monotonic() - began)
         server_load = (server_s(program.process.pid) - server_before) / (time.monotonic() - began)
         alive_s = time.monotonic() - began + WARM_UP_S

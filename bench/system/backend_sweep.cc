@@ -20,6 +20,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/evaluation/evaluation.h"
@@ -134,7 +135,7 @@ int main(int argc, char** argv) {
                  "[\"name=value ...\" ...]\n";
     return 2;
   }
-  try {
+  return deepuav::RunBench("backend_sweep", [&] {
     const auto dataset = deepuav::OpenDataset(argv[1]);
     const auto features = deepuav::LoadOrExtract(dataset.get(), argv[2], argv[3]);
     const deepuav::Truth truth = deepuav::LoadTruth(argv[1], false);
@@ -144,9 +145,6 @@ int main(int argc, char** argv) {
     if (variants.empty()) variants.push_back("");
     for (const std::string& variant : variants)
       deepuav::RunVariant(dataset.get(), features, truth, vocabulary, variant);
-  } catch (const std::exception& error) {
-    std::cerr << "backend_sweep: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -15,6 +15,7 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/io/map_file.h"
 
@@ -129,10 +130,5 @@ int Run(int argc, char** argv) {
 }  // namespace deepuav
 
 int main(int argc, char** argv) {
-  try {
-    return deepuav::Run(argc, argv);
-  } catch (const deepuav::Error& error) {
-    std::cerr << "moving_landmarks: " << error.what() << "\n";
-    return 1;
-  }
+  return deepuav::RunBench("moving_landmarks", [&] { return deepuav::Run(argc, argv); });
 }

@@ -15,6 +15,7 @@
 #include <iostream>
 #include <map>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/truth.h"
 #include "deepuav/io/map_file.h"
@@ -120,10 +121,5 @@ int Run(int argc, char** argv) {
 }  // namespace deepuav
 
 int main(int argc, char** argv) {
-  try {
-    return deepuav::Run(argc, argv);
-  } catch (const deepuav::Error& error) {
-    std::cerr << "observation_error: " << error.what() << "\n";
-    return 1;
-  }
+  return deepuav::RunBench("observation_error", [&] { return deepuav::Run(argc, argv); });
 }

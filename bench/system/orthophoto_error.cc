@@ -18,6 +18,7 @@
 #include <optional>
 #include <vector>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
 #include "deepuav/io/geotiff_file.h"
@@ -195,11 +196,8 @@ int main(int argc, char** argv) {
     std::cerr << "orthophoto_error MAP ORTHOPHOTO DSM TRUE_ORTHOPHOTO TRUE_DSM\n";
     return 2;
   }
-  try {
+  return deepuav::RunBench("orthophoto_error", [&] {
     deepuav::Run(argv + 1);
-  } catch (const std::exception& error) {
-    std::cerr << "orthophoto_error: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

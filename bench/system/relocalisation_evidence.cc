@@ -22,6 +22,7 @@
 #include <map>
 #include <numbers>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/time.h"
@@ -44,12 +45,12 @@ struct Settings {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("start", start, "", "");
-    visit("end", end, "", "");
-    visit("stride", stride, "", "");
+    visit("start", start, "", "", Between(0, 1e9));
+    visit("end", end, "", "", Between(0, 1e9));
+    visit("stride", stride, "", "", Between(1, 1e9));
     visit("turned", turned, "", "");
-    visit("right_m", right_m, "m", "");
-    visit("right_deg", right_deg, "deg", "");
+    visit("right_m", right_m, "m", "", Between(0, 1e6));
+    visit("right_deg", right_deg, "deg", "", Between(0, 180));
     visit("rows", rows, "", "");
   }
 };
@@ -169,7 +170,6 @@ void Run(const std::array<std::string, 4>& files, const std::vector<std::string>
   registry.Add("matching", &matching);
   registry.Add("run", &settings);
   registry.Add("relocalisation", &options);
-  registry.Add("relocalisation.absolute_pose", &options.absolute_pose);
   for (const std::string& word : words) {
     const bool own = word.find('.') > word.find('=');
     registry.SetAssignment(own ? "run." + word : word);
@@ -230,11 +230,8 @@ int main(int argc, char** argv) {
                  "[name=value ...]\n";
     return 2;
   }
-  try {
+  return deepuav::RunBench("relocalisation_evidence", [&] {
     deepuav::Run({argv[1], argv[2], argv[3], argv[4]}, {argv + 5, argv + argc});
-  } catch (const std::exception& error) {
-    std::cerr << "relocalisation_evidence: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

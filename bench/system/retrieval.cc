@@ -25,6 +25,7 @@
 #include <numbers>
 #include <optional>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/time.h"
 #include "deepuav/evaluation/truth.h"
@@ -369,11 +370,8 @@ int main(int argc, char** argv) {
   deepuav::Arguments arguments;
   deepuav::AddArguments(app, arguments);
   CLI11_PARSE(app, argc, argv);
-  try {
+  return deepuav::RunBench("retrieval", [&] {
     deepuav::Measure(arguments);
-  } catch (const std::exception& error) {
-    std::cerr << "retrieval: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -35,7 +35,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
-from surveys import evaluate, poses, run, write_positions  # noqa: E402
+from surveys import evaluate, poses, run, table_row, write_positions  # noqa: E402
 
 PROGRAM = ROOT / "build/deepuav"
 K1 = -0.25
@@ -160,13 +160,8 @@ def measure(name, seed, arguments):
 
 
 def row(result):
-    if "failure" in result:
-        return f"| {result['name']} {result['seed']} | {result['failure']} | | | | | | | |"
-    number = lambda key, form: "" if result.get(key) is None else format(result[key], form)
-    return (f"| {result['name']} {result['seed']} | {result['in_main_map']} of {result['images']} | {result['maps']} | "
-            f"{number('scale_spread', '.2f')} | {number('focal_error', '+.2f')} | {number('k1_error', '+.3f')} | "
-            f"{number('ate_m', '.3f')} ({number('horizontal_m', '.3f')}) | {result['wall_s']:.0f} | "
-            f"{result['memory_mb']:.0f} |")
+    return table_row(result, f"{result['name']} {result['seed']}",
+                     ["{scale_spread:.2f}", "{focal_error:+.2f}", "{k1_error:+.3f}", "{ate_m:.3f} ({horizontal_m:.3f})"])
 
 
 def main():

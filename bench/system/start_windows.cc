@@ -23,6 +23,7 @@
 #include <map>
 #include <sstream>
 
+#include "bench_main.h"
 #include "deepuav/base/random.h"
 #include "deepuav/evaluation/association.h"
 #include "deepuav/evaluation/truth.h"
@@ -368,11 +369,8 @@ int main(int argc, char** argv) {
   app.add_flag("--verbose", arguments.verbose, "print every window");
   CLI11_PARSE(app, argc, argv);
   if (arguments.variants.empty()) arguments.variants.push_back("");
-  try {
+  return deepuav::RunBench("start_windows", [&] {
     deepuav::Run(arguments);
-  } catch (const std::exception& error) {
-    std::cerr << "start_windows: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

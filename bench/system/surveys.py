@@ -193,14 +193,24 @@ def run_karma(data, arguments, report):
     return report(run("karma", video, arguments.out, arguments))
 
 
-def row(result):
+def table_row(result, name, cells):
+    """A row of Markdown: photographs and maps, `cells`, time and memory; or why there is none. A cell is a text in which
+    {key:form} stands for that value of the result, for nothing where it is not known."""
     if "failure" in result:
-        return f"| {result['name']} | {result['failure']} | | | | | | |"
-    number = lambda key, form: "" if result.get(key) is None else format(result[key], form)
-    return (f"| {result['name']} | {result['in_main_map']} of {result['images']} | {result['maps']} | "
-            f"{number('focal_px', '.1f')} ({number('focal_sigma_px', '.1f')}) | "
-            f"{number('k1', '.3f')} ({number('k1_sigma', '.3f')}) | {number('error_m', '.2f')} | "
-            f"{result['wall_s']:.0f} | {result['memory_mb']:.0f} |")
+        return f"| {name} | {result['failure']} |" + " |" * (len(cells) + 3)
+
+    def fill(field):
+        value = result.get(field[1])
+        return "" if value is None else format(value, field[2])
+
+    filled = [re.sub(r"{(\w+):([^}]*)}", fill, cell) for cell in cells]
+    return " | ".join([f"| {name}", f"{result['in_main_map']} of {result['images']}", str(result["maps"]), *filled,
+                       f"{result['wall_s']:.0f}", f"{result['memory_mb']:.0f} |"])
+
+
+def row(result):
+    return table_row(result, result["name"],
+                     ["{focal_px:.1f} ({focal_sigma_px:.1f})", "{k1:.3f} ({k1_sigma:.3f})", "{error_m:.2f}"])
 
 
 def main():

@@ -17,6 +17,7 @@
 #include <iostream>
 #include <opencv2/calib3d.hpp>
 
+#include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/time.h"
 #include "deepuav/evaluation/truth.h"
@@ -161,13 +162,10 @@ int main(int argc, char** argv) {
     std::cerr << "usage: turned_matches DATASET MODEL.onnx SPLIT [MAX_DISTANCE_M]\n";
     return 2;
   }
-  try {
+  return deepuav::RunBench("turned_matches", [&] {
     const auto dataset = deepuav::OpenDataset(argv[1]);
     deepuav::Compare(dataset.get(), argv[2], std::stoi(argv[3]),
                      argc == 5 ? std::stod(argv[4]) : 8);
-  } catch (const std::exception& error) {
-    std::cerr << "turned_matches: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -27,8 +27,8 @@ void CheckLocalising(const RunOptions& options, const std::string& map) {
   if (map.empty()) throw WrongUse("option system.localise_only: expected --map with it");
   if (!RecognisesPlaces(options))
     throw WrongUse(
-        "option system.localise_only: expected places.vocabulary and looping.enabled with it, by "
-        "which the map is found");
+        "option system.localise_only: expected places.vocabulary with it, by which the map is "
+        "found");
 }
 
 DatasetRun::DatasetRun(DatasetRequest request, std::unique_ptr<RunSettings> settings)

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "deepuav/assembly/wrong_use.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -20,9 +21,7 @@ std::string DefaultCacheFolder() {
 
 }  // namespace
 
-bool RecognisesPlaces(const RunOptions& options) {
-  return !options.places.vocabulary.empty() && options.system.looping.enabled;
-}
+bool RecognisesPlaces(const RunOptions& options) { return !options.places.vocabulary.empty(); }
 
 bool NeedsSuperGlue(const RunOptions& options) { return options.matcher.method == "superglue"; }
 
@@ -34,11 +33,7 @@ std::unique_ptr<Matcher> MakeMatcher(const RunOptions& options, const Camera& ca
   return std::make_unique<NearestNeighbourMatcher>(options.matching);
 }
 
-void MatcherChoice::Check() const {
-  if (method != "auto" && method != "nearest" && method != "superglue") {
-    throw Error("option matching.method is '{}': expected auto, nearest or superglue", method);
-  }
-}
+void MatcherChoice::Check() const { CheckOptions("matching", *this); }
 
 void RunOptions::Check() const {
   images.Check();

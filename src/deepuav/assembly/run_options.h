@@ -9,6 +9,7 @@
 
 #include "deepuav/assembly/any_size_extractor.h"
 #include "deepuav/assembly/shipped_models.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
@@ -29,7 +30,8 @@ struct MatcherChoice {
   void Visit(Visitor&& visit) {
     visit("method", method, "",
           "nearest (neighbours in descriptor space), superglue (a network), or auto: for pairs of "
-          "images superglue, else nearest");
+          "images superglue, else nearest",
+          OneOf({"auto", "nearest", "superglue"}));
   }
 };
 

@@ -58,10 +58,24 @@ TEST(RunOptions, ErrorsNameTheStructThatIsMeant) {
            {"mapping.fusion.projection.ratio", "2"},
            {"tracking.projection.ratio", "2"},
            {"looping.relocaliser.absolute_pose.confidence", "1"},
+           {"tracking.relocaliser.absolute_pose.confidence", "1"},
+           {"mapping.epipolar.ratio", "0"},
+           {"mapping.reference.max_angle_deg", "0"},
+           {"looping.memory_keyframes", "2"},
+           {"mapping.model_noise.initial_sigma_px", "50"},
            {"initialiser.absolute_pose.confidence", "1"}}) {
     EXPECT_THAT(ErrorOfSetting(Runnable(), name, value),
                 HasSubstr("option " + name + " is " + value + ": expected"));
   }
+}
+
+TEST(RunOptions, PlacesAreRecognisedWhereNoLoopIsClosed) {
+  RunOptions options = Runnable();
+  EXPECT_FALSE(RecognisesPlaces(options));
+  options.places.vocabulary = "any.bow";
+  EXPECT_TRUE(RecognisesPlaces(options));
+  options.system.looping.enabled = false;
+  EXPECT_TRUE(RecognisesPlaces(options));
 }
 
 TEST(RunOptions, TheDefaultsArePossible) { EXPECT_NO_THROW(Runnable().Check()); }

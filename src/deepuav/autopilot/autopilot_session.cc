@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -39,11 +39,7 @@ bool IsSame(const std::optional<GeoPoint>& a, const std::optional<GeoPoint>& b) 
 
 }  // namespace
 
-void AutopilotOptions::Check() const {
-  CheckRange("rate_hz", rate_hz, 1, 200);
-  CheckRange("system_id", system_id, 1, 255);
-  CheckRange("clock_wait_s", clock_wait_s, 0, 60);
-}
+void AutopilotOptions::Check() const { CheckOptions("", *this); }
 
 AutopilotSession::AutopilotSession(const AutopilotOptions& options, int64_t now_ns)
     : options_(options),

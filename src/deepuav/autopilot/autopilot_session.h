@@ -5,6 +5,7 @@
 
 #include "deepuav/autopilot/clock_sync.h"
 #include "deepuav/autopilot/mavlink_messages.h"
+#include "deepuav/base/option_bounds.h"
 
 namespace deepuav {
 
@@ -16,6 +17,13 @@ struct AutopilotOptions {
 
   /// Throws Error for values that cannot be.
   void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("rate_hz", rate_hz, "Hz", "of the odometry", Between(1, 200));
+    visit("system_id", system_id, "", "of MAVLink, as the vehicle's", Between(1, 255));
+    visit("vision_position", vision_position, "", "VISION_POSITION_ESTIMATE in place of ODOMETRY");
+    visit("clock_wait_s", clock_wait_s, "s", "for the autopilot's clock", Between(0, 60));
+  }
 };
 
 /// What is said to an autopilot when, without sockets. Thread-compatible; times: nanoseconds of the

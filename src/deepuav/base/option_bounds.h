@@ -1,43 +1,60 @@
 #pragma once
 
+#include <limits>
 #include <string>
-
-#include "deepuav/base/error.h"
-#include "deepuav/base/options.h"
+#include <vector>
 
 namespace deepuav {
 
-/// What CheckOption() throws.
-class OptionError : public Error {
- public:
-  /// `name` as in the registry, of which the part behind the last dot is the member's own.
-  OptionError(const std::string& name, double found, const std::string& expected);
+/// The numbers that an option may be.
+struct NumberBounds {
+  double low = 0;
+  double high = 0;
+  bool low_is_in = true;
+  bool high_is_in = true;
+  bool or_zero = false;  ///< 0 is in, too, where the others begin above it.
 
-  /// The same of the member under another prefix.
-  OptionError Under(const std::string& prefix) const;
-
- private:
-  std::string member_;
-  double found_;
-  std::string expected_;
+  bool Hold(double value) const;
+  /// What is expected: "1 to 50".
+  std::string Text() const;
 };
 
-/// As CheckOption(), for a value from `low` to `high`, both allowed.
-void CheckRange(const std::string& name, double found, double low, double high);
-
-/// The same, for a value above 0 and at most `high`.
-void CheckPositive(const std::string& name, double found, double high);
-
-/// Calls options.Check() of a struct that is registered under `prefix`, and has its errors name
-/// that: one type of struct may be registered more than once. Structs within it are called by
-/// their own names only if they were checked before it.
-template <typename Options>
-void CheckUnder(const std::string& prefix, const Options& options) {
-  try {
-    options.Check();
-  } catch (const OptionError& error) {
-    throw error.Under(prefix);
-  }
+/// From `low` to `high`, both allowed.
+constexpr NumberBounds Between(double low, double high) { return {.low = low, .high = high}; }
+/// More than `low`, at most `high`.
+constexpr NumberBounds Above(double low, double high) {
+  return {.low = low, .high = high, .low_is_in = false};
 }
+/// From `low` on, less than `high`.
+constexpr NumberBounds Below(double low, double high) {
+  return {.low = low, .high = high, .high_is_in = false};
+}
+/// More than `low`, less than `high`.
+constexpr NumberBounds Within(double low, double high) {
+  return {.low = low, .high = high, .low_is_in = false, .high_is_in = false};
+}
+constexpr NumberBounds ZeroOr(NumberBounds bounds) {
+  bounds.or_zero = true;
+  return bounds;
+}
+/// Of a seed of random numbers.
+constexpr NumberBounds AnySeed() { return Between(0, std::numeric_limits<int>::max()); }
+
+/// The texts that an option may be.
+struct TextBounds {
+  std::vector<std::string> words;  ///< One of these; none: any text.
+  bool may_be_empty = true;
+  std::string expected;  ///< What an empty text should be.
+
+  bool Hold(const std::string& value) const;
+  /// What is expected: "road or river"; empty where any text is allowed.
+  std::string Text() const;
+  TextBounds OrEmpty() const;
+};
+
+TextBounds AnyText();
+TextBounds OneOf(std::vector<std::string> words);
+/// `expected`: what the text is, as "the file of a network".
+TextBounds NotEmpty(std::string expected);
 
 }  // namespace deepuav

@@ -1,57 +1,54 @@
 #include "deepuav/base/option_bounds.h"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <limits>
 
 namespace deepuav {
 namespace {
 
-using ::testing::ThrowsMessage;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-struct Pose {
-  int rounds = 4;
-  void Check() const { CheckRange("rounds", rounds, 1, 50); }
+struct Case {
+  NumberBounds bounds;
+  std::string text;
+  std::vector<double> in, out;
 };
 
-struct Search {
-  double radius_px = 8;
-  Pose pose;
-  void Check() const {
-    CheckPositive("tracking.radius_px", radius_px, 1000);
-    pose.Check();
+TEST(NumberBounds, HoldWhatTheySay) {
+  for (const Case& test : std::vector<Case>{
+           {Between(1, 50), "1 to 50", {1, 2.5, 50}, {0.999, 50.001}},
+           {Above(0, 50), "more than 0, at most 50", {1e-300, 50}, {0, -1e-300, 50.001}},
+           {Below(-1, 1), "-1 to below 1", {-1, 0.999}, {-1.001, 1}},
+           {Within(0, 1), "more than 0, below 1", {1e-300, 0.999}, {0, 1}},
+           {ZeroOr(Between(10, 50)), "0, or 10 to 50", {0, 10, 50}, {-1, 1, 9, 51}},
+           {AnySeed(), "0 to 2147483647", {0, 2147483647}, {-1, 2147483648.0}}}) {
+    EXPECT_EQ(test.bounds.Text(), test.text);
+    for (const double value : test.in)
+      EXPECT_TRUE(test.bounds.Hold(value)) << test.text << ": " << value;
+    for (const double value : test.out)
+      EXPECT_FALSE(test.bounds.Hold(value)) << test.text << ": " << value;
+    for (const double value : {1e308, -1e308, kNan, kInfinity, -kInfinity})
+      EXPECT_FALSE(test.bounds.Hold(value)) << test.text << ": " << value;
   }
-};
-
-TEST(CheckRange, HoldsBothBounds) {
-  for (const double good : {1.0, 2.5, 50.0}) EXPECT_NO_THROW(CheckRange("a.b", good, 1, 50));
-  EXPECT_THAT([] { CheckRange("a.b", 0, 1, 50); },
-              ThrowsMessage<Error>("option a.b is 0: expected 1 to 50"));
-  for (const double bad : {0.999, 50.1, 1e308, -1e308, kNan})
-    EXPECT_THROW(CheckRange("a.b", bad, 1, 50), Error) << bad;
 }
 
-TEST(CheckPositive, LeavesOutZero) {
-  for (const double good : {1e-300, 50.0}) EXPECT_NO_THROW(CheckPositive("a.b", good, 50));
-  EXPECT_THAT([] { CheckPositive("a.b", 0, 50); },
-              ThrowsMessage<Error>("option a.b is 0: expected more than 0, at most 50"));
-  for (const double bad : {-1.0, 50.1, kNan})
-    EXPECT_THROW(CheckPositive("a.b", bad, 50), Error) << bad;
+TEST(TextBounds, HoldTheirWords) {
+  const TextBounds bounds = OneOf({"road", "river", "rail"});
+  EXPECT_EQ(bounds.Text(), "road, river or rail");
+  EXPECT_TRUE(bounds.Hold("rail"));
+  for (const char* bad : {"", "Rail", "road, river", "roads"}) EXPECT_FALSE(bounds.Hold(bad));
+  EXPECT_TRUE(bounds.OrEmpty().Hold(""));
+  EXPECT_FALSE(bounds.OrEmpty().Hold("track"));
 }
 
-TEST(CheckUnder, NamesTheMemberAsItIsRegistered) {
-  Search search;
-  EXPECT_NO_THROW(CheckUnder("looping.search", search));
-  search.radius_px = -1;
-  EXPECT_THAT(
-      [&] { CheckUnder("looping.search", search); },
-      ThrowsMessage<Error>("option looping.search.radius_px is -1: expected more than 0, at "
-                           "most 1000"));
-  const Pose pose{.rounds = 51};
-  EXPECT_THAT([&] { CheckUnder("looping.search.pose", pose); },
-              ThrowsMessage<Error>("option looping.search.pose.rounds is 51: expected 1 to 50"));
+TEST(TextBounds, MayAskForSomeText) {
+  EXPECT_TRUE(NotEmpty("a file").Hold("x"));
+  EXPECT_FALSE(NotEmpty("a file").Hold(""));
+  EXPECT_EQ(NotEmpty("a file").Text(), "a file");
+  for (const char* text : {"", "x"}) EXPECT_TRUE(AnyText().Hold(text));
+  EXPECT_EQ(AnyText().Text(), "");
 }
 
 }  // namespace

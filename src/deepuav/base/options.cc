@@ -5,7 +5,6 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
-#include "deepuav/base/option_bounds.h"
 
 namespace deepuav {
 namespace {
@@ -56,35 +55,36 @@ void OptionRegistry::SetAssignment(const std::string& assignment) {
   Set(assignment.substr(0, equals), assignment.substr(equals + 1));
 }
 
-void OptionRegistry::AddValue(const std::string& name, bool* value, const std::string& unit,
-                              const std::string& meaning) {
-  entries_[name] = {unit, meaning, [=](const std::string& text) { *value = ParseBool(name, text); },
-                    [=] { return std::string(*value ? "true" : "false"); }};
+void OptionRegistry::AddValue(const std::string& name, bool* value, OptionEntry entry) {
+  entry.set = [=](const std::string& text) { *value = ParseBool(name, text); };
+  entry.get = [=] { return std::string(*value ? "true" : "false"); };
+  entries_[name] = std::move(entry);
 }
 
-void OptionRegistry::AddValue(const std::string& name, int* value, const std::string& unit,
-                              const std::string& meaning) {
-  entries_[name] = {
-      unit, meaning,
-      [=](const std::string& text) { *value = ParseNumber<int>(name, text, "a whole number"); },
-      [=] { return std::to_string(*value); }};
+void OptionRegistry::AddValue(const std::string& name, int* value, OptionEntry entry,
+                              const NumberBounds& bounds) {
+  entry.bounds = bounds.Text();
+  entry.set = [=](const std::string& text) {
+    *value = ParseNumber<int>(name, text, "a whole number");
+  };
+  entry.get = [=] { return std::to_string(*value); };
+  entries_[name] = std::move(entry);
 }
 
-void OptionRegistry::AddValue(const std::string& name, double* value, const std::string& unit,
-                              const std::string& meaning) {
-  entries_[name] = {unit, meaning,
-                    [=](const std::string& text) { *value = ParseFinite(name, text); },
-                    [=] { return fmt::format("{}", *value); }};
+void OptionRegistry::AddValue(const std::string& name, double* value, OptionEntry entry,
+                              const NumberBounds& bounds) {
+  entry.bounds = bounds.Text();
+  entry.set = [=](const std::string& text) { *value = ParseFinite(name, text); };
+  entry.get = [=] { return fmt::format("{}", *value); };
+  entries_[name] = std::move(entry);
 }
 
-void OptionRegistry::AddValue(const std::string& name, std::string* value, const std::string& unit,
-                              const std::string& meaning) {
-  entries_[name] = {unit, meaning, [=](const std::string& text) { *value = text; },
-                    [=] { return *value; }};
-}
-
-void CheckOption(bool holds, const std::string& name, double found, const std::string& expected) {
-  if (!holds) throw OptionError(name, found, expected);
+void OptionRegistry::AddValue(const std::string& name, std::string* value, OptionEntry entry,
+                              const TextBounds& bounds) {
+  entry.bounds = bounds.words.empty() ? "" : bounds.Text();
+  entry.set = [=](const std::string& text) { *value = text; };
+  entry.get = [=] { return *value; };
+  entries_[name] = std::move(entry);
 }
 
 }  // namespace deepuav

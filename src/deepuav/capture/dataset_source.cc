@@ -1,15 +1,12 @@
 #include "deepuav/capture/dataset_source.h"
 
-#include <cmath>
-
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/base/wait.h"
 
 namespace deepuav {
 namespace {
-
-constexpr double kSlowest = 0.01, kFastest = 1000;
 
 /// From the first image to the first of the next loop: an image's time after the last one.
 int64_t LoopPeriod(const Dataset& dataset) {
@@ -22,10 +19,7 @@ int64_t LoopPeriod(const Dataset& dataset) {
 
 }  // namespace
 
-void DatasetPace::Check() const {
-  if (!std::isfinite(speed) || speed < kSlowest || speed > kFastest)
-    throw Error("speed is {}: expected {} to {}", speed, kSlowest, kFastest);
-}
+void DatasetPace::Check() const { CheckOptions("", *this); }
 
 DatasetSource::DatasetSource(Dataset* dataset, std::string name, const DatasetPace& pace)
     : dataset_(dataset), name_(std::move(name)), pace_(pace), period_ns_(LoopPeriod(*dataset)) {

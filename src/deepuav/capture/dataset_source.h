@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/capture/live_source.h"
 #include "deepuav/io/dataset.h"
 
@@ -11,6 +12,11 @@ struct DatasetPace {
 
   /// Throws Error for a speed that cannot be.
   void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("loop", loop, "", "from the end on to the beginning again");
+    visit("speed", speed, "", "seconds of the dataset a second", Between(0.01, 1000));
+  }
 };
 
 /// A dataset's or a video's images at the pace at which they were taken. Images that are late

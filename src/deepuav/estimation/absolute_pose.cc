@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/base/random.h"
 #include "deepuav/estimation/p3p.h"
 #include "deepuav/estimation/reprojection.h"
@@ -143,12 +142,7 @@ class RobustP3P {
 
 }  // namespace
 
-void AbsolutePoseOptions::Check() const {
-  CheckPositive("max_error_px", max_error_px, 1000);
-  CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "between 0 and 1");
-  CheckRange("max_iterations", max_iterations, 1, 10'000);
-  CheckRange("min_inliers", min_inliers, 4, 100'000);
-}
+void AbsolutePoseOptions::Check() const { CheckOptions("", *this); }
 
 std::optional<AbsolutePose> EstimateAbsolutePose(const Pinhole& pinhole,
                                                  const std::vector<PoseObservation>& observations,

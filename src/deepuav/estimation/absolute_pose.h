@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/motion_only.h"
 
 namespace deepuav {
@@ -16,10 +17,12 @@ struct AbsolutePoseOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_error_px", max_error_px, "px", "reprojection error of an inlier of the robust pose");
-    visit("confidence", confidence, "", "confidence of the RANSAC");
-    visit("max_iterations", max_iterations, "", "most samples of the RANSAC");
-    visit("min_inliers", min_inliers, "", "fewest inliers of a pose that counts");
+    visit("max_error_px", max_error_px, "px", "reprojection error of an inlier of the robust pose",
+          Above(0, 1000));
+    visit("confidence", confidence, "", "confidence of the RANSAC", Within(0, 1));
+    visit("max_iterations", max_iterations, "", "most samples of the RANSAC", Between(1, 10'000));
+    visit("min_inliers", min_inliers, "", "fewest inliers of a pose that counts",
+          Between(4, 100'000));
   }
 };
 

@@ -2,11 +2,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/estimation/bundle_linearization.h"
 #include "deepuav/estimation/levenberg_damping.h"
 #include "deepuav/estimation/reduced_camera_system.h"
@@ -147,18 +145,7 @@ bool IsOutlier(const BundleObservation& observation, const BundleState& state, d
 
 }  // namespace
 
-void BundleOptions::Check() const {
-  CheckRange("max_iterations", max_iterations, 0, 200);
-  CheckPositive("chi_square", chi_square, 1e6);
-  CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
-              min_relative_decrease, "at least 0 and below 1");
-  CheckPositive("focal_sigma", focal_sigma, 10);
-  CheckPositive("k1_sigma", k1_sigma, 100);
-  CheckPositive("k2_sigma", k2_sigma, 100);
-  CheckPositive("centre_sigma", centre_sigma, 1);
-  CheckPositive("tangential_sigma", tangential_sigma, 1);
-  CheckPositive("readout_sigma_s", readout_sigma_s, 10);
-}
+void BundleOptions::Check() const { CheckOptions("", *this); }
 
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop) {

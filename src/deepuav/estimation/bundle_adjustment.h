@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/camera_factors.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/pixel_noise.h"
@@ -61,23 +62,28 @@ struct BundleOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps");
+    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps", Between(0, 200));
     visit("chi_square", chi_square, "",
-          "squared error in standard deviations from which the loss grows linearly");
+          "squared error in standard deviations from which the loss grows linearly", Above(0, 1e6));
     visit("min_relative_decrease", min_relative_decrease, "",
-          "decrease of the cost below which a step is the last");
+          "decrease of the cost below which a step is the last", Below(0, 1));
     visit("focal_sigma", focal_sigma, "",
-          "standard deviation of a guessed focal length, as a share of it, where it is refined");
+          "standard deviation of a guessed focal length, as a share of it, where it is refined",
+          Above(0, 10));
     visit("k1_sigma", k1_sigma, "",
-          "standard deviation of the radial distortion k1 about none, where it is refined");
-    visit("k2_sigma", k2_sigma, "", "likewise of k2");
+          "standard deviation of the radial distortion k1 about none, where it is refined",
+          Above(0, 100));
+    visit("k2_sigma", k2_sigma, "", "likewise of k2", Above(0, 100));
     visit("centre_sigma", centre_sigma, "",
           "standard deviation of a guessed principal point, as a share of the focal length, where "
-          "it is refined");
+          "it is refined",
+          Above(0, 1));
     visit("tangential_sigma", tangential_sigma, "",
-          "standard deviation of the tangential distortion about none, where it is refined");
+          "standard deviation of the tangential distortion about none, where it is refined",
+          Above(0, 1));
     visit("readout_sigma_s", readout_sigma_s, "s",
-          "standard deviation of a rolling shutter's readout about none, where it is refined");
+          "standard deviation of a rolling shutter's readout about none, where it is refined",
+          Above(0, 10));
   }
 };
 

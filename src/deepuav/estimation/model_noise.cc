@@ -1,10 +1,8 @@
 #include "deepuav/estimation/model_noise.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -26,17 +24,12 @@ double MedianSquared(const std::vector<AdjustedResidual>& residuals, double sigm
 
 }  // namespace
 
-void ModelNoiseOptions::Check() const {
-  CheckOption(min_sigma_px >= 0 && min_sigma_px <= 100, "mapping.model_noise.min_sigma_px",
-              min_sigma_px, "0 to 100");
-  CheckOption(max_sigma_px > min_sigma_px && max_sigma_px <= 100,
-              "mapping.model_noise.max_sigma_px", max_sigma_px, "above min_sigma_px, at most 100");
+void ModelNoiseOptions::Check() const { CheckOptions("mapping.model_noise", *this); }
+
+void ModelNoiseOptions::CheckRelations() const {
+  CheckOption(max_sigma_px > min_sigma_px, "max_sigma_px", max_sigma_px, "more than min_sigma_px");
   CheckOption(initial_sigma_px >= min_sigma_px && initial_sigma_px <= max_sigma_px,
-              "mapping.model_noise.initial_sigma_px", initial_sigma_px,
-              "min_sigma_px to max_sigma_px");
-  CheckOption(weight >= 0 && weight <= 1, "mapping.model_noise.weight", weight, "0 to 1");
-  CheckRange("mapping.model_noise.max_residuals", max_residuals, 10, 1'000'000);
-  CheckRange("mapping.model_noise.min_residuals", min_residuals, 1, 1'000'000);
+              "initial_sigma_px", initial_sigma_px, "min_sigma_px to max_sigma_px");
 }
 
 double EstimateModelSigma(const std::vector<AdjustedResidual>& residuals,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/pixel_noise.h"
 
 namespace deepuav {
@@ -16,16 +17,22 @@ struct ModelNoiseOptions {
   int min_residuals = 100;   ///< Fewer tell nothing.
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("initial_sigma_px", initial_sigma_px, "px",
-          "standard deviation of what calibration and shutter add to measurements, to begin with");
-    visit("min_sigma_px", min_sigma_px, "px", "least standard deviation that is assumed of it");
-    visit("max_sigma_px", max_sigma_px, "px", "largest standard deviation that is assumed of it");
-    visit("weight", weight, "", "of a new estimate of it beside what was known");
-    visit("max_residuals", max_residuals, "", "reprojection errors looked at for one estimate");
+          "standard deviation of what calibration and shutter add to measurements, to begin with",
+          Between(0, 100));
+    visit("min_sigma_px", min_sigma_px, "px", "least standard deviation that is assumed of it",
+          Between(0, 100));
+    visit("max_sigma_px", max_sigma_px, "px", "largest standard deviation that is assumed of it",
+          Above(0, 100));
+    visit("weight", weight, "", "of a new estimate of it beside what was known", Between(0, 1));
+    visit("max_residuals", max_residuals, "", "reprojection errors looked at for one estimate",
+          Between(10, 1'000'000));
     visit("min_residuals", min_residuals, "",
-          "reprojection errors below which nothing is estimated");
+          "reprojection errors below which nothing is estimated", Between(1, 1'000'000));
   }
 };
 

@@ -4,8 +4,7 @@
 #include <limits>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/estimation/damped_gauss_newton.h"
 #include "deepuav/estimation/reprojection.h"
 
@@ -153,11 +152,7 @@ void Classify(const Pinhole& pinhole, const std::vector<PoseObservation>& observ
 
 }  // namespace
 
-void MotionOnlyOptions::Check() const {
-  CheckRange("rounds", rounds, 1, 50);
-  CheckRange("iterations", iterations, 1, 100);
-  CheckPositive("chi_square", chi_square, 1e6);
-}
+void MotionOnlyOptions::Check() const { CheckOptions("", *this); }
 
 MotionOnlyResult OptimizePose(const Pinhole& pinhole,
                               const std::vector<PoseObservation>& observations,

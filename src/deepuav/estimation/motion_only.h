@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/se3.h"
@@ -26,10 +27,11 @@ struct MotionOnlyOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("rounds", rounds, "",
-          "rounds of optimisation, each followed by a new classification of outliers");
-    visit("iterations", iterations, "", "Gauss-Newton steps a round");
+          "rounds of optimisation, each followed by a new classification of outliers",
+          Between(1, 50));
+    visit("iterations", iterations, "", "Gauss-Newton steps a round", Between(1, 100));
     visit("chi_square", chi_square, "",
-          "bound on the squared error in standard deviations of an inlier");
+          "bound on the squared error in standard deviations of an inlier", Above(0, 1e6));
   }
 };
 

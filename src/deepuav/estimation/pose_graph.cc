@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/estimation/block_cholesky.h"
 #include "deepuav/estimation/levenberg_damping.h"
 #include "deepuav/estimation/reprojection.h"
@@ -267,12 +266,7 @@ PoseGraphResidual LinearizePoseGraphEdge(const Sim3& measured_b_from_a, const Si
   return residual;
 }
 
-void PoseGraphOptions::Check() const {
-  CheckRange("max_iterations", max_iterations, 0, 1000);
-  CheckOption(min_relative_decrease >= 0 && min_relative_decrease < 1, "min_relative_decrease",
-              min_relative_decrease, "at least 0 and below 1");
-  CheckRange("huber_threshold", huber_threshold, 0, 1e6);
-}
+void PoseGraphOptions::Check() const { CheckOptions("", *this); }
 
 PoseGraphReport OptimizePoseGraph(PoseGraph* graph, const PoseGraphOptions& options,
                                   const std::function<bool()>& stop) {

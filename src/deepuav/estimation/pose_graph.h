@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/sim3.h"
 
 namespace deepuav {
@@ -36,11 +37,12 @@ struct PoseGraphOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps");
+    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps", Between(0, 1000));
     visit("min_relative_decrease", min_relative_decrease, "",
-          "decrease of the cost below which a step is the last");
+          "decrease of the cost below which a step is the last", Below(0, 1));
     visit("huber_threshold", huber_threshold, "",
-          "weighted error of an edge from which its cost grows linearly; 0: never");
+          "weighted error of an edge from which its cost grows linearly; 0: never",
+          Between(0, 1e6));
     visit("fixed_scale", fixed_scale, "", "keep the scale of every node");
   }
 };

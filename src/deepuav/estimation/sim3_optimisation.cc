@@ -4,8 +4,7 @@
 #include <limits>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/estimation/damped_gauss_newton.h"
 #include "deepuav/estimation/reprojection.h"
 
@@ -179,11 +178,7 @@ bool UsableCorrespondence(const Sim3Correspondence& correspondence) {
          std::isfinite(c.sigma_a_px) && std::isfinite(c.sigma_b_px);
 }
 
-void Sim3OptimisationOptions::Check() const {
-  CheckRange("rounds", rounds, 1, 50);
-  CheckRange("iterations", iterations, 1, 100);
-  CheckPositive("chi_square", chi_square, 1e6);
-}
+void Sim3OptimisationOptions::Check() const { CheckOptions("", *this); }
 
 Sim3OptimisationResult OptimizeSim3(const Pinhole& pinhole,
                                     const std::vector<Sim3Correspondence>& correspondences,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/sim3.h"
 
@@ -40,10 +41,11 @@ struct Sim3OptimisationOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("rounds", rounds, "",
-          "rounds of optimisation, each followed by a new classification of outliers");
-    visit("iterations", iterations, "", "Gauss-Newton steps a round");
+          "rounds of optimisation, each followed by a new classification of outliers",
+          Between(1, 50));
+    visit("iterations", iterations, "", "Gauss-Newton steps a round", Between(1, 100));
     visit("chi_square", chi_square, "",
-          "bound on the squared errors over sigma of an inlier in both images");
+          "bound on the squared errors over sigma of an inlier in both images", Above(0, 1e6));
     visit("fixed_scale", fixed_scale, "", "keep the initial scale");
   }
 };

@@ -4,10 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/reprojection.h"
 #include "deepuav/estimation/two_view_certainty.h"
@@ -268,24 +266,7 @@ std::vector<TwoViewSolution> Choose(const TwoViewProblem& problem,
 
 }  // namespace
 
-void TwoViewOptions::Check() const {
-  CheckPositive("max_error_px", max_error_px, 1000);
-  CheckOption(confidence > 0 && confidence < 1, "confidence", confidence, "between 0 and 1");
-  CheckRange("max_iterations", max_iterations, 1, 20'000);
-  CheckRange("min_inliers", min_inliers, 8, 100'000);
-  CheckRange("min_parallax_deg", min_parallax_deg, 0, 90);
-  CheckPositive("max_distance_sigma", max_distance_sigma, 100);
-  CheckRange("min_certain", min_certain, 0, 100'000);
-  CheckRange("min_undisputed_ratio", min_undisputed_ratio, 0, 1);
-  CheckRange("min_moved_ratio", min_moved_ratio, 0, 1);
-  CheckPositive("min_sigma_px", min_sigma_px, 100);
-  CheckOption(min_front_ratio > 0.5 && min_front_ratio <= 1, "min_front_ratio", min_front_ratio,
-              "above 0.5 and at most 1");
-  CheckOption(min_homography_share >= 0 && min_homography_share < 1, "min_homography_share",
-              min_homography_share, "0 to below 1");
-  CheckOption(min_support_ratio > 0 && min_support_ratio <= 1, "min_support_ratio",
-              min_support_ratio, "above 0 and at most 1");
-}
+void TwoViewOptions::Check() const { CheckOptions("", *this); }
 
 std::optional<TwoViewResult> EstimateTwoView(const Pinhole& pinhole,
                                              const std::vector<PixelPair>& pairs, uint64_t seed,

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
 
@@ -39,27 +40,31 @@ struct TwoViewOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_error_px", max_error_px, "px",
-          "distance of an inlier to its epipolar line or transferred pixel");
-    visit("confidence", confidence, "", "confidence of the RANSAC");
-    visit("max_iterations", max_iterations, "", "most samples of the RANSAC");
-    visit("min_inliers", min_inliers, "", "fewest points of a two-view solution");
+          "distance of an inlier to its epipolar line or transferred pixel", Above(0, 1000));
+    visit("confidence", confidence, "", "confidence of the RANSAC", Within(0, 1));
+    visit("max_iterations", max_iterations, "", "most samples of the RANSAC", Between(1, 20'000));
+    visit("min_inliers", min_inliers, "", "fewest points of a two-view solution",
+          Between(8, 100'000));
     visit("min_parallax_deg", min_parallax_deg, "deg",
-          "least median parallax of a two-view solution");
+          "least median parallax of a two-view solution", Between(0, 90));
     visit("max_distance_sigma", max_distance_sigma, "",
-          "standard deviation of a certain point's distance over the distance, at most");
-    visit("min_certain", min_certain, "", "certain points of a two-view solution, at least");
+          "standard deviation of a certain point's distance over the distance, at most",
+          Above(0, 100));
+    visit("min_certain", min_certain, "", "certain points of a two-view solution, at least",
+          Between(0, 100'000));
     visit("min_undisputed_ratio", min_undisputed_ratio, "",
-          "valid points over pairs, below which things that move are reckoned with");
+          "valid points over pairs, below which things that move are reckoned with", Between(0, 1));
     visit("min_moved_ratio", min_moved_ratio, "",
-          "share of the valid points that must show parallax then");
+          "share of the valid points that must show parallax then", Between(0, 1));
     visit("min_sigma_px", min_sigma_px, "px",
-          "standard deviation of pixels, where the residuals are smaller");
+          "standard deviation of pixels, where the residuals are smaller", Above(0, 100));
     visit("min_front_ratio", min_front_ratio, "",
-          "share of the inliers that must lie in front of both cameras");
+          "share of the inliers that must lie in front of both cameras", Above(0.5, 1));
     visit("min_homography_share", min_homography_share, "",
-          "share of both models' scores from which the homography's poses are tried too");
+          "share of both models' scores from which the homography's poses are tried too",
+          Below(0, 1));
     visit("min_support_ratio", min_support_ratio, "",
-          "valid points of a second solution over the first's");
+          "valid points of a second solution over the first's", Above(0, 1));
   }
 };
 

@@ -3,20 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <string>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/intervals.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
 
 constexpr double kNanosecondsPerSecond = 1e9;
-constexpr double kLongestSpan_s = 1e9;  // Keeps seconds within 64-bit nanoseconds.
-constexpr double kLargestOffset_s =
-    4e9;  // The same, and from a video's 0 to a receiver's Unix time.
 
 std::vector<int64_t> Nanoseconds(const Trajectory& trajectory, int64_t offset) {
   std::vector<int64_t> stamps;
@@ -88,13 +84,7 @@ InterpolatedPoses InterpolateAt(const Trajectory& moments, int64_t offset, const
 
 }  // namespace
 
-void AssociationOptions::Check() const {
-  CheckOption(max_difference_s >= 0 && max_difference_s < kLongestSpan_s, "max_difference_s",
-              max_difference_s, "0 s or more");
-  CheckOption(std::abs(time_offset_s) <= kLargestOffset_s, "time_offset_s", time_offset_s,
-              "at most 4e9 s either way");
-  CheckOption(max_gap_s >= 0 && max_gap_s < kLongestSpan_s, "max_gap_s", max_gap_s, "0 s or more");
-}
+void AssociationOptions::Check() const { CheckOptions("", *this); }
 
 std::vector<AssociatedPair> Associate(const Trajectory& truth, const Trajectory& estimate,
                                       const AssociationOptions& options) {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/io/trajectory.h"
 
 namespace deepuav {
@@ -19,13 +20,18 @@ struct AssociationOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
+    // Seconds that stay within 64-bit nanoseconds, and lead from a video's 0 to a receiver's
+    // Unix time.
+    constexpr double kLongestSpan_s = 1e9, kLargestOffset_s = 4e9;
     visit("max_difference_s", max_difference_s, "s",
-          "largest difference of two associated time stamps");
-    visit("time_offset_s", time_offset_s, "s", "added to the estimate's time stamps");
+          "largest difference of two associated time stamps", Below(0, kLongestSpan_s));
+    visit("time_offset_s", time_offset_s, "s", "added to the estimate's time stamps",
+          Between(-kLargestOffset_s, kLargestOffset_s));
     visit("one_to_one", one_to_one, "", "let no pose serve two partners");
     visit("interpolate", interpolate, "",
           "interpolate at the moments of truth or estimate, the rarer");
-    visit("max_gap_s", max_gap_s, "s", "longest gap between poses to interpolate in");
+    visit("max_gap_s", max_gap_s, "s", "longest gap between poses to interpolate in",
+          Below(0, kLongestSpan_s));
   }
 };
 

@@ -7,7 +7,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/intervals.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/evaluation/time_offset.h"
 #include "deepuav/sensors/lever_arm.h"
 
@@ -104,14 +104,13 @@ void MatchPoses(const Trajectory& estimate, const AssociationOptions& associatio
 }  // namespace
 
 void EvaluationOptions::Check() const {
-  association.Check();
-  rpe.Check();
-  CheckOption(std::isfinite(start_s) && start_s >= 0, "start_s", start_s, "0 s or more");
-  CheckOption(end_s > start_s, "end_s", end_s, "more than start_s");
-  CheckOption(std::isfinite(search_offset_s) && search_offset_s >= 0, "search_offset_s",
-              search_offset_s, "0 s or more");
+  CheckOptions("", *this);
   if (antenna_cam_m && !antenna_cam_m->allFinite())
     throw Error("The lever arm is not finite: expected metres");
+}
+
+void EvaluationOptions::CheckRelations() const {
+  CheckOption(end_s > start_s, "end_s", end_s, "more than start_s");
 }
 
 double Evaluation::Completeness() const {

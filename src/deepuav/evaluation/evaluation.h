@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/evaluation/association.h"
 #include "deepuav/evaluation/ate.h"
 #include "deepuav/evaluation/rpe.h"
@@ -28,13 +29,21 @@ struct EvaluationOptions {
 
   /// Throws Error for a value that cannot be.
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
+    constexpr double kLongest_s = 1e9;
     visit("horizontal", horizontal, "", "position errors in x and y alone");
-    visit("search_offset_s", search_offset_s, "s", "search the time offset this far both ways");
-    visit("start_s", start_s, "s", "start of the part to evaluate, from the first truth");
-    visit("end_s", end_s, "s", "end of the part to evaluate, from the first truth");
+    visit("search_offset_s", search_offset_s, "s", "search the time offset this far both ways",
+          Between(0, kLongest_s));
+    visit("start_s", start_s, "s", "start of the part to evaluate, from the first truth",
+          Between(0, kLongest_s));
+    visit("end_s", end_s, "s", "end of the part to evaluate, from the first truth",
+          Above(0, std::numeric_limits<double>::infinity()));
+    visit.Part("", association);
+    visit.Part("rpe", rpe);
   }
 };
 

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/evaluation/packed_array.h"
 
 namespace deepuav {
@@ -90,11 +89,7 @@ std::vector<uint16_t> SharedKeypoints(const Map& map, const Keyframe& first,
 
 }  // namespace
 
-void PictureOptions::Check() const {
-  CheckRange("pairs", pairs, 0, 100'000);
-  CheckRange("width_px", width_px, 1, 16'384);
-  CheckOption(jpeg_quality >= 0 && jpeg_quality <= 100, "jpeg_quality", jpeg_quality, "0 to 100");
-}
+void PictureOptions::Check() const { CheckOptions("", *this); }
 
 nlohmann::json KeyframePictures(const Map& map, const Camera& camera, const ImageNames& image_names,
                                 Dataset* dataset, const PictureOptions& options) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/io/map_origin.h"
 #include "deepuav/map/map.h"
@@ -19,9 +20,9 @@ struct PictureOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("pairs", pairs, "", "pairs of neighbouring keyframes shown");
-    visit("width_px", width_px, "px", "width to which images are reduced");
-    visit("jpeg_quality", jpeg_quality, "", "quality of the images, 0 to 100");
+    visit("pairs", pairs, "", "pairs of neighbouring keyframes shown", Between(0, 100'000));
+    visit("width_px", width_px, "px", "width to which images are reduced", Between(1, 16'384));
+    visit("jpeg_quality", jpeg_quality, "", "quality of the images", Between(0, 100));
   }
 };
 

@@ -3,8 +3,7 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/evaluation/page_files.h"
 
 namespace deepuav {
@@ -48,7 +47,7 @@ std::string SlotContent(std::string_view slot, const nlohmann::ordered_json& dat
 
 }  // namespace
 
-void ReportPageOptions::Check() const { CheckRange("max_points", max_points, 0, 100'000'000); }
+void ReportPageOptions::Check() const { CheckOptions("", *this); }
 
 std::string ReportPage(const std::vector<RunReport>& reports, const std::string& version,
                        const ReportPageOptions& options) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/evaluation/run_report.h"
 
 namespace deepuav {
@@ -15,7 +16,8 @@ struct ReportPageOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_points", max_points, "", "points of each cloud in the page");
+    visit("max_points", max_points, "", "points of each cloud in the page",
+          Between(0, 100'000'000));
   }
 };
 

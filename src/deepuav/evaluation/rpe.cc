@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -94,14 +93,11 @@ PosePairs PairsOf(const Trajectory& truth, const Trajectory& estimate, const Rpe
 
 }  // namespace
 
-void RpeOptions::Check() const {
-  CheckOption(std::isfinite(delta) && delta > 0, "rpe.delta", delta, "more than 0");
-  if (unit == RpeUnit::kFrames) {
-    CheckOption(delta == std::floor(delta) && delta <= std::numeric_limits<int>::max() / 2,
-                "rpe.delta", delta, "a whole number of frames");
-  }
-  CheckOption(relative_tolerance >= 0 && relative_tolerance < 1, "rpe.relative_tolerance",
-              relative_tolerance, "0 or more and less than 1");
+void RpeOptions::Check() const { CheckOptions("rpe", *this); }
+
+void RpeOptions::CheckRelations() const {
+  if (unit == RpeUnit::kFrames)
+    CheckOption(delta == std::floor(delta), "delta", delta, "a whole number of frames");
 }
 
 PosePairs SelectPosePairs(const Trajectory& trajectory, const RpeOptions& options) {

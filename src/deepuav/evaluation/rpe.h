@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/evaluation/statistics.h"
 #include "deepuav/io/trajectory.h"
 
@@ -21,13 +22,16 @@ struct RpeOptions {
 
   /// Throws Error for a value that cannot be.
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("delta", delta, "", "step over which motion is compared");
+    visit("delta", delta, "", "step over which motion is compared", Above(0, 1e9));
     visit("all_pairs", all_pairs, "", "a pair from every pose, instead of end to end");
     visit("pairs_from_truth", pairs_from_truth, "", "measure metres along the truth");
-    visit("relative_tolerance", relative_tolerance, "", "accepted deviation as a part of delta");
+    visit("relative_tolerance", relative_tolerance, "", "accepted deviation as a part of delta",
+          Below(0, 1));
   }
 };
 

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/evaluation/packed_array.h"
 #include "deepuav/ortho/orthophoto.h"
 
@@ -128,11 +126,7 @@ Json ErrorsJson(const Map& map, const Camera& camera, int columns) {
 
 }  // namespace
 
-void SurveyPictureOptions::Check() const {
-  CheckRange("width_px", width_px, 16, 16'384);
-  CheckRange("quality", quality, 0, 100);
-  CheckRange("error_columns", error_columns, 1, 1000);
-}
+void SurveyPictureOptions::Check() const { CheckOptions("", *this); }
 
 Json SurveyPictures(const LoadedAtlas& loaded, MapId map, std::unique_ptr<Dataset> dataset,
                     const SurveyPictureOptions& options) {

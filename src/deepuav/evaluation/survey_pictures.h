@@ -3,6 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/io/map_file.h"
 
@@ -18,9 +19,10 @@ struct SurveyPictureOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("width_px", width_px, "px", "width of the orthophoto");
-    visit("quality", quality, "", "of its compression, 0 to 100");
-    visit("error_columns", error_columns, "", "cells of the reprojection errors over the image");
+    visit("width_px", width_px, "px", "width of the orthophoto", Between(16, 16'384));
+    visit("quality", quality, "", "of its compression", Between(0, 100));
+    visit("error_columns", error_columns, "", "cells of the reprojection errors over the image",
+          Between(1, 1000));
   }
 };
 

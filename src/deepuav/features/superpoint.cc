@@ -1,12 +1,9 @@
 #include "deepuav/features/superpoint.h"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 
-#include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/base/time.h"
 
 namespace deepuav {
@@ -28,23 +25,7 @@ std::optional<double> UndistortionMagnification(const Camera& camera,
 
 }  // namespace
 
-void SuperPointOptions::Check() const {
-  if (model.empty()) throw Error("option features.model is empty: expected the file of a network");
-  CheckRange("features.keypoints", keypoints, 1, 20'000);
-  CheckOption(threshold >= 0 && threshold < 1, "features.threshold", threshold, "0 to below 1");
-  CheckRange("features.faint_keypoints", faint_keypoints, 0, 20'000);
-  CheckOption(faint_threshold >= 0 && faint_threshold < 1, "features.faint_threshold",
-              faint_threshold, "0 to below 1");
-  constexpr int kMostPx = 1000;
-  CheckOption(nms_radius >= 0 && nms_radius <= kMostPx, "features.nms_radius", nms_radius,
-              "0 to 1000 px");
-  CheckOption(border >= 0 && border <= kMostPx, "features.border", border, "0 to 1000 px");
-  CheckOption(subpixel_sigma >= 0 && subpixel_sigma <= kSuperPointCell, "features.subpixel_sigma",
-              subpixel_sigma, "0 to 8 px");
-  CheckOption(subpixel_max_offset >= 0 && subpixel_max_offset <= 1, "features.subpixel_max_offset",
-              subpixel_max_offset, "0 to 1 px");
-  CheckPositive("features.sigma", sigma, 100);
-}
+void SuperPointOptions::Check() const { CheckOptions("features", *this); }
 
 SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,
                        const InferenceOptions& inference)

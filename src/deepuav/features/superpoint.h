@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/features/extractor.h"
 #include "deepuav/features/superpoint_network.h"
 #include "deepuav/features/superpoint_postprocessing.h"
@@ -26,22 +27,25 @@ struct SuperPointOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("model", model, "", "file of the SuperPoint network (.onnx or .xml)");
-    visit("keypoints", keypoints, "", "key points kept in an image, the best");
-    visit("threshold", threshold, "", "detection probability that a key point must exceed");
+    visit("model", model, "", "file of the SuperPoint network (.onnx or .xml)",
+          NotEmpty("the file of a network"));
+    visit("keypoints", keypoints, "", "key points kept in an image, the best", Between(1, 20'000));
+    visit("threshold", threshold, "", "detection probability that a key point must exceed",
+          Below(0, 1));
     visit("faint_keypoints", faint_keypoints, "",
-          "where fewer exceed it, as by motion blur, as many are taken");
-    visit("faint_threshold", faint_threshold, "", "detection probability that these must exceed");
+          "where fewer exceed it, as by motion blur, as many are taken", Between(0, 20'000));
+    visit("faint_threshold", faint_threshold, "", "detection probability that these must exceed",
+          Below(0, 1));
     visit("nms_radius", nms_radius, "px",
-          "a key point is the maximum within this distance along x and y");
-    visit("border", border, "px", "edge of the image without key points");
+          "a key point is the maximum within this distance along x and y", Between(0, 1000));
+    visit("border", border, "px", "edge of the image without key points", Between(0, 1000));
     visit("subpixel", subpixel, "", "whether positions are found between pixels");
     visit("subpixel_sigma", subpixel_sigma, "px",
-          "smoothing of the probability map for sub-pixel positions");
+          "smoothing of the probability map for sub-pixel positions", Between(0, kSuperPointCell));
     visit("subpixel_max_offset", subpixel_max_offset, "px",
-          "largest sub-pixel correction along x and y");
+          "largest sub-pixel correction along x and y", Between(0, 1));
     visit("sigma", sigma, "px",
-          "standard deviation of a key point's position in the image as taken");
+          "standard deviation of a key point's position in the image as taken", Above(0, 100));
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/sensors/streams.h"
 
 namespace deepuav {
@@ -44,63 +45,74 @@ struct InertialOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("gravity_m_s2", gravity_m_s2, "m/s^2", "gravity where the flight is");
+    visit("gravity_m_s2", gravity_m_s2, "m/s^2", "gravity where the flight is", Above(0, 100));
     visit("stated_noise_factor", stated_noise_factor, "",
-          "by which the noise is multiplied that a sensor states, which is that at rest");
+          "by which the noise is multiplied that a sensor states, which is that at rest",
+          Above(0, 1000));
     visit("gyroscope_noise_density", gyroscope_noise_density, "rad/s/sqrt(Hz)",
-          "white noise where the sensor's is not stated");
+          "white noise where the sensor's is not stated", Above(0, 100));
     visit("gyroscope_random_walk", gyroscope_random_walk, "rad/s^2/sqrt(Hz)",
-          "the same, of its bias");
+          "the same, of its bias", Above(0, 100));
     visit("accelerometer_noise_density", accelerometer_noise_density, "m/s^2/sqrt(Hz)",
-          "the same, white noise");
+          "the same, white noise", Above(0, 100));
     visit("accelerometer_random_walk", accelerometer_random_walk, "m/s^3/sqrt(Hz)",
-          "the same, of its bias");
+          "the same, of its bias", Above(0, 100));
     visit("gyroscope_bias_sigma_rad_s", gyroscope_bias_sigma_rad_s, "rad/s",
-          "standard deviation of the bias at the start, an axis");
+          "standard deviation of the bias at the start, an axis", Above(0, 100));
     visit("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2, "m/s^2",
-          "standard deviation of the bias at the start, an axis");
+          "standard deviation of the bias at the start, an axis", Above(0, 100));
     visit("clock_sigma_s", clock_sigma_s, "s",
-          "standard deviation of the offset between the clocks of sensor and camera");
-    visit("max_clock_offset_s", max_clock_offset_s, "s", "up to which it is searched");
+          "standard deviation of the offset between the clocks of sensor and camera", Above(0, 10));
+    visit("max_clock_offset_s", max_clock_offset_s, "s", "up to which it is searched",
+          Between(0, 10));
     visit("scale_walk_sqrt_s", scale_walk_sqrt_s, "1/sqrt(s)",
-          "random walk of the scale along the camera's path, as a share");
+          "random walk of the scale along the camera's path, as a share", Above(0, 1));
     visit("turn_walk_deg_sqrt_s", turn_walk_deg_sqrt_s, "deg/sqrt(s)",
-          "random walk of its orientation, beside the gyroscope's noise");
+          "random walk of its orientation, beside the gyroscope's noise", Between(0, 90));
     visit("level_walk_deg_sqrt_s", level_walk_deg_sqrt_s, "deg/sqrt(s)",
-          "random walk of what is level in it");
+          "random walk of what is level in it", Above(0, 90));
     visit("path_scale_sigma", path_scale_sigma, "",
-          "error of the scale of a whole path that its poses do not show, as a share");
-    visit("max_imu_gap_s", max_imu_gap_s, "s", "longest gap of samples that is interpolated");
-    visit("max_path_gap_s", max_path_gap_s, "s", "longest gap of poses that is integrated over");
+          "error of the scale of a whole path that its poses do not show, as a share",
+          Between(0, 1));
+    visit("max_imu_gap_s", max_imu_gap_s, "s", "longest gap of samples that is interpolated",
+          Above(0, 100));
+    visit("max_path_gap_s", max_path_gap_s, "s", "longest gap of poses that is integrated over",
+          Above(0, 1000));
     visit("min_pose_interval_s", min_pose_interval_s, "s",
-          "poses that come more often are left out");
-    visit("min_duration_s", min_duration_s, "s", "path with samples without which nothing is told");
+          "poses that come more often are left out", Between(0, 100));
+    visit("min_duration_s", min_duration_s, "s", "path with samples without which nothing is told",
+          Above(0, 1e6));
     visit("max_scale_sigma", max_scale_sigma, "",
-          "standard deviation of the scale, as a share, above which nothing is told");
-    visit("max_tilt_sigma_deg", max_tilt_sigma_deg, "deg", "the same of what is level");
+          "standard deviation of the scale, as a share, above which nothing is told", Above(0, 1));
+    visit("max_tilt_sigma_deg", max_tilt_sigma_deg, "deg", "the same of what is level",
+          Above(0, 180));
     visit("max_turn_residual_deg", max_turn_residual_deg, "deg",
-          "between the turns of camera and gyroscope, above which the samples do not fit");
+          "between the turns of camera and gyroscope, above which the samples do not fit",
+          Above(0, 180));
     visit("max_chi_square", max_chi_square, "",
-          "of the integrated motions, a degree of freedom, above which they do not fit");
+          "of the integrated motions, a degree of freedom, above which they do not fit",
+          Above(0, 1e6));
     visit("max_gyroscope_bias_rad_s", max_gyroscope_bias_rad_s, "rad/s",
-          "bias above which the sensor is not trusted");
+          "bias above which the sensor is not trusted", Above(0, 100));
     visit("max_accelerometer_bias_m_s2", max_accelerometer_bias_m_s2, "m/s^2",
-          "bias above which the sensor is not trusted");
+          "bias above which the sensor is not trusted", Above(0, 100));
     visit("running_window_s", running_window_s, "s",
-          "latest part of a path by which scale and level are told while it grows");
+          "latest part of a path by which scale and level are told while it grows", Above(0, 600));
     visit("running_pose_interval_s", running_pose_interval_s, "s",
-          "between the poses that are used for this, at least");
+          "between the poses that are used for this, at least", Between(0, 10));
     visit("running_wait_s", running_wait_s, "s",
-          "between two tries; once something was found they become fewer");
+          "between two tries; once something was found they become fewer", Above(0, 600));
     visit("max_blind_s", max_blind_s, "s",
-          "time without a pose over which the samples alone carry the motion, at most");
+          "time without a pose over which the samples alone carry the motion, at most",
+          Between(0, 60));
     visit("max_blind_misfit_m_s", max_blind_misfit_m_s, "m/s",
-          "by which this may miss the poses after it, a second");
-    visit("max_blind_turn_deg", max_blind_turn_deg, "deg", "the same of the orientation, in all");
+          "by which this may miss the poses after it, a second", Above(0, 1000));
+    visit("max_blind_turn_deg", max_blind_turn_deg, "deg", "the same of the orientation, in all",
+          Above(0, 180));
     visit("blind_window_s", blind_window_s, "s",
-          "path after it whose scale the samples tell where it has none of its own");
+          "path after it whose scale the samples tell where it has none of its own", Above(0, 60));
     visit("max_blind_scale_sigma", max_blind_scale_sigma, "",
-          "standard deviation of that scale, as a share, above which it is not told");
+          "standard deviation of that scale, as a share, above which it is not told", Above(0, 10));
   }
 };
 

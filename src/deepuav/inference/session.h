@@ -9,7 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
+
 namespace deepuav {
+
+/// The arithmetic that InferenceOptions and SuperGlueOptions name.
+inline TextBounds Precisions() { return OneOf({"auto", "fp32", "bf16", "int8"}); }
 
 struct InferenceOptions {
   int threads = 2;
@@ -20,16 +25,14 @@ struct InferenceOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("threads", threads, "", "CPU threads of one network");
+    visit("threads", threads, "", "CPU threads of one network", Between(1, 1024));
     visit(
         "precision", precision, "",
-        "arithmetic: auto (what the CPU has in hardware), fp32, bf16 or int8 (quantised networks)");
+        "arithmetic: auto (what the CPU has in hardware), fp32, bf16 or int8 (quantised networks)",
+        Precisions());
     visit("cache_dir", cache_dir, "", "folder for compiled networks; empty: none are kept");
   }
 };
-
-/// Throws Error naming the option unless the precision is one of those that InferenceOptions takes.
-void CheckPrecision(const std::string& option, const std::string& precision);
 
 /// Whether this CPU computes in "fp32", "bf16" or "int8" by instructions of its own: what it must
 /// emulate is slower than fp32.

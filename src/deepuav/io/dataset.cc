@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/io/image_file_dataset.h"
 #include "deepuav/io/layout_readers.h"
 
@@ -72,11 +72,7 @@ std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& 
 
 }  // namespace
 
-void DatasetOptions::Check() const {
-  constexpr double kLeast = 1e4, kMost = 4e8;
-  CheckOption(working_pixels == 0 || (working_pixels >= kLeast && working_pixels <= kMost),
-              "images.working_pixels", working_pixels, "0, or 10000 to 400000000");
-}
+void DatasetOptions::Check() const { CheckOptions("images", *this); }
 
 cv::Size WorkingSize(const cv::Size& stored, double working_pixels) {
   // Resampling costs sharpness: not worth it for a few pixels less.

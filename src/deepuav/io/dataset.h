@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/time.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
@@ -68,7 +69,8 @@ struct DatasetOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("working_pixels", working_pixels, "",
-          "pixels to which larger images are reduced before anything looks at them; 0: none are");
+          "pixels to which larger images are reduced before anything looks at them; 0: none are",
+          ZeroOr(Between(1e4, 4e8)));
   }
 };
 

@@ -117,8 +117,9 @@ std::string OptionsAsYaml(const OptionRegistry& options) {
     }
     open = parts;
     const std::string unit = entry.unit.empty() ? "" : fmt::format("[{}] ", entry.unit);
-    yaml += fmt::format("{:{}}{}: {}  # {}{}\n", "", kIndent * parts.size(), leaf,
-                        YamlScalar(entry.get()), unit, OneLine(entry.meaning));
+    const std::string bounds = entry.bounds.empty() ? "" : fmt::format(" ({})", entry.bounds);
+    yaml += fmt::format("{:{}}{}: {}  # {}{}{}\n", "", kIndent * parts.size(), leaf,
+                        YamlScalar(entry.get()), unit, OneLine(entry.meaning), bounds);
   }
   return yaml;
 }

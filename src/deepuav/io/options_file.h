@@ -13,7 +13,8 @@ namespace deepuav {
 /// Options before the error stay set.
 void LoadOptionsFile(const std::filesystem::path& file, OptionRegistry* options);
 
-/// The options as YAML that LoadOptionsFile reads, each with its unit and meaning as a comment.
+/// The options as YAML that LoadOptionsFile reads, each with its unit, meaning and bounds as a
+/// comment.
 std::string OptionsAsYaml(const OptionRegistry& options);
 
 }  // namespace deepuav

@@ -16,8 +16,8 @@ struct TrackingOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("keypoints", keypoints, "", "Key points kept in an image.");
-    visit("parallax_deg", parallax_deg, "deg", "Least parallax\nof a landmark.");
+    visit("keypoints", keypoints, "", "Key points kept in an image.", Between(1, 5000));
+    visit("parallax_deg", parallax_deg, "deg", "Least parallax\nof a landmark.", Below(-90, 90));
     visit("refine", refine, "", "Whether patches are aligned.");
     visit("features", features, "", "Which network.");
   }
@@ -115,11 +115,11 @@ TEST_F(OptionsFileTest, WritesUnitAndMeaning) {
             "  features: superpoint  # Which network.\n"
             "  fine:\n"
             "    features: superpoint  # Which network.\n"
-            "    keypoints: 800  # Key points kept in an image.\n"
-            "    parallax_deg: 1.5  # [deg] Least parallax?of a landmark.\n"
+            "    keypoints: 800  # Key points kept in an image. (1 to 5000)\n"
+            "    parallax_deg: 1.5  # [deg] Least parallax?of a landmark. (-90 to below 90)\n"
             "    refine: true  # Whether patches are aligned.\n"
-            "  keypoints: 800  # Key points kept in an image.\n"
-            "  parallax_deg: 1.5  # [deg] Least parallax?of a landmark.\n"
+            "  keypoints: 800  # Key points kept in an image. (1 to 5000)\n"
+            "  parallax_deg: 1.5  # [deg] Least parallax?of a landmark. (-90 to below 90)\n"
             "  refine: true  # Whether patches are aligned.\n");
 }
 

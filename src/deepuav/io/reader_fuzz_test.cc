@@ -174,8 +174,8 @@ struct FuzzedOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("keypoints", keypoints, "", "");
-    visit("parallax_deg", parallax_deg, "deg", "");
+    visit("keypoints", keypoints, "", "", Between(0, 1e4));
+    visit("parallax_deg", parallax_deg, "deg", "", Between(0, 90));
     visit("refine", refine, "", "");
     visit("features", features, "", "");
   }

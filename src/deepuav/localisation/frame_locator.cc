@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/features/readout_correction.h"
 #include "deepuav/map/frame_motion.h"
 #include "deepuav/map/landmark_noise.h"
@@ -58,22 +57,8 @@ void FindReference(const LocalMap& local_map, LocatedFrame* located) {
 }  // namespace
 
 void LocatorOptions::Check() const {
-  CheckPositive("tracking.predicted_radius_px", predicted_radius_px, 10'000);
-  CheckPositive("tracking.local_radius_px", local_radius_px, 10'000);
-  CheckRange("tracking.min_predicted_inliers", min_predicted_inliers, 4, 100'000);
-  CheckOption(min_predicted_ratio >= 0 && min_predicted_ratio <= 1, "tracking.min_predicted_ratio",
-              min_predicted_ratio, "0 to 1");
-  CheckOption(min_predicted_share >= 0 && min_predicted_share <= 1, "tracking.min_predicted_share",
-              min_predicted_share, "0 to 1");
-  CheckRange("tracking.min_inliers", min_inliers, 6, 100'000);
-  CheckRange("tracking.reference_tries", reference_tries, 1, 100);
-  CheckRange("tracking.local_rounds", local_rounds, 1, 20);
-  CheckRange("tracking.min_round_growth", min_round_growth, 1, 100);
+  CheckOptions("tracking", *this);
   patches.Check();
-  visibility.Check();
-  projection.Check();
-  absolute_pose.Check();
-  motion_only.Check();
 }
 
 FrameLocator::FrameLocator(const Camera& camera, const LocatorOptions& options, Matcher* matcher,

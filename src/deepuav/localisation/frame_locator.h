@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
 #include "deepuav/estimation/absolute_pose.h"
 #include "deepuav/estimation/motion_only.h"
@@ -41,23 +42,30 @@ struct LocatorOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("predicted_radius_px", predicted_radius_px, "px",
-          "search window around a predicted pixel");
-    visit("local_radius_px", local_radius_px, "px",
-          "search window around a local landmark's pixel");
+          "search window around a predicted pixel", Above(0, 10'000));
+    visit("local_radius_px", local_radius_px, "px", "search window around a local landmark's pixel",
+          Above(0, 10'000));
     visit("min_predicted_inliers", min_predicted_inliers, "",
-          "inliers below which a prediction is given up");
+          "inliers below which a prediction is given up", Between(4, 100'000));
     visit("min_predicted_ratio", min_predicted_ratio, "",
-          "inliers over matches below which a prediction is given up");
+          "inliers over matches below which a prediction is given up", Between(0, 1));
     visit("min_predicted_share", min_predicted_share, "",
           "landmarks seen over those of the frame before, below which a prediction must prove "
-          "itself");
-    visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least");
+          "itself",
+          Between(0, 1));
+    visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least",
+          Between(6, 100'000));
     visit("reference_tries", reference_tries, "",
-          "keyframes matched without prediction before giving up");
+          "keyframes matched without prediction before giving up", Between(1, 100));
     visit("local_rounds", local_rounds, "",
-          "times at most that the local map is matched, each from a better pose");
+          "times at most that the local map is matched, each from a better pose", Between(1, 20));
     visit("min_round_growth", min_round_growth, "",
-          "landmarks seen over those of the round before from which another one follows");
+          "landmarks seen over those of the round before from which another one follows",
+          Between(1, 100));
+    visit.Part("visibility", visibility);
+    visit.Part("projection", projection);
+    visit.Part("absolute_pose", absolute_pose);
+    visit.Part("motion_only", motion_only);
   }
 };
 

@@ -7,8 +7,7 @@
 #include <numeric>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/features/turned_describer.h"
 
 namespace deepuav {
@@ -96,24 +95,11 @@ double MeanDistance(const LocatedFrame& located, const LocalMap& local_map) {
 
 }  // namespace
 
-void RelocaliserOptions::Check() const {
-  CheckRange("looping.relocaliser.neighbours", neighbours, 0, 1000);
-  CheckRange("looping.relocaliser.thorough_candidates", thorough_candidates, 0, 1000);
-  CheckRange("looping.relocaliser.min_matches", min_matches, 4, 100'000);
-  CheckPositive("looping.relocaliser.search_radius_px", search_radius_px, 10'000);
-  CheckRange("looping.relocaliser.min_inliers", min_inliers, 6, 100'000);
-  CheckOption(min_inlier_ratio >= 0 && min_inlier_ratio < 1, "looping.relocaliser.min_inlier_ratio",
-              min_inlier_ratio, "0 to below 1");
-  constexpr int kMostCells = 1000;
-  CheckOption(cells_per_side >= 1 && cells_per_side <= kMostCells,
-              "looping.relocaliser.cells_per_side", cells_per_side, "1 to 1000");
-  CheckOption(min_cells >= 1 && min_cells <= cells_per_side * cells_per_side,
-              "looping.relocaliser.min_cells", min_cells, "1 to the number of cells");
-  CheckOption(rival_ratio > 0 && rival_ratio <= 1, "looping.relocaliser.rival_ratio", rival_ratio,
-              "above 0, at most 1");
-  CheckPositive("looping.relocaliser.rival_distance", rival_distance, 1e6);
-  CheckPositive("looping.relocaliser.rival_angle_deg", rival_angle_deg, 180);
-  absolute_pose.Check();
+void RelocaliserOptions::Check() const { CheckOptions("looping.relocaliser", *this); }
+
+void RelocaliserOptions::CheckRelations() const {
+  CheckOption(min_cells <= cells_per_side * cells_per_side, "min_cells", min_cells,
+              "1 to the number of cells");
 }
 
 Relocaliser::Relocaliser(const Camera& camera, const RelocaliserOptions& options,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/localisation/frame_locator.h"
 
 namespace deepuav {
@@ -25,25 +26,36 @@ struct RelocaliserOptions {
   AbsolutePoseOptions absolute_pose{.max_iterations = 2000};  ///< Of matches found without a pose.
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("neighbours", neighbours, "", "neighbours of a candidate that are matched as well");
+    visit("neighbours", neighbours, "", "neighbours of a candidate that are matched as well",
+          Between(0, 1000));
     visit("thorough_candidates", thorough_candidates, "",
           "candidates that a learned matcher is asked for where nearest neighbours give no sure "
-          "pose");
-    visit("min_matches", min_matches, "", "landmarks matched without a pose, at least");
+          "pose",
+          Between(0, 1000));
+    visit("min_matches", min_matches, "", "landmarks matched without a pose, at least",
+          Between(4, 100'000));
     visit("search_radius_px", search_radius_px, "px",
-          "search window around a landmark's pixel by the first pose");
-    visit("min_inliers", min_inliers, "", "landmarks that agree with the pose, at least");
+          "search window around a landmark's pixel by the first pose", Above(0, 10'000));
+    visit("min_inliers", min_inliers, "", "landmarks that agree with the pose, at least",
+          Between(6, 100'000));
     visit("min_inlier_ratio", min_inlier_ratio, "",
-          "landmarks that agree over those expected in the view, at least");
-    visit("cells_per_side", cells_per_side, "", "of the grid that inliers are spread on");
-    visit("min_cells", min_cells, "", "cells of the grid with an inlier, at least");
+          "landmarks that agree over those expected in the view, at least", Below(0, 1));
+    visit("cells_per_side", cells_per_side, "", "of the grid that inliers are spread on",
+          Between(1, 1000));
+    visit("min_cells", min_cells, "", "cells of the grid with an inlier, at least",
+          Between(1, 1'000'000));
     visit("rival_ratio", rival_ratio, "",
-          "inliers of a pose elsewhere over the best's from which neither counts");
+          "inliers of a pose elsewhere over the best's from which neither counts", Above(0, 1));
     visit("rival_distance", rival_distance, "",
-          "between poses that contradict each other, over the mean distance of landmarks");
-    visit("rival_angle_deg", rival_angle_deg, "deg", "between poses that contradict each other");
+          "between poses that contradict each other, over the mean distance of landmarks",
+          Above(0, 1e6));
+    visit("rival_angle_deg", rival_angle_deg, "deg", "between poses that contradict each other",
+          Above(0, 180));
+    visit.Part("absolute_pose", absolute_pose);
   }
 };
 

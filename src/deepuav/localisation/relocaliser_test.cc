@@ -1,79 +1,17 @@
 #include "deepuav/localisation/relocaliser.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "deepuav/base/error.h"
-#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/localisation/testing/relocaliser_fixture.h"
 #include "support/options_with.h"
-#include "support/synthetic_map.h"
 
 namespace deepuav {
 namespace {
 
 using testing::HasSubstr;
-using LocalMaps = std::vector<std::shared_ptr<const LocalMap>>;
-
-constexpr double kHeight = 12;
-
-/// A camera that looks straight down at the ground.
-SE3 Above(double x, double y, double heading_deg) {
-  return LookDown({x, y, kHeight}, heading_deg * std::numbers::pi / 180);
-}
-
-/// Ground that is 40 long and 20 wide, of landmarks with random descriptors.
-SyntheticWorld Ground(uint64_t seed) {
-  Random random(seed);
-  SyntheticWorld world;
-  world.landmarks_world = LandmarksOnGround(2500, {-10, -10}, {30, 10}, 1, &random);
-  return world;
-}
-
-/// The descriptors of `features` where the image is turned so that the landmarks look as upright,
-/// random ones at other headings: what a network that knows one heading only would give.
-std::vector<Descriptors> TurnedOf(const Features& features, int upright_turns, Random* random) {
-  std::vector<Descriptors> turned;
-  for (int turns = 1; turns < 4; ++turns) {
-    turned.push_back(turns == upright_turns
-                         ? features.descriptors
-                         : RandomFeatures(features.size(), 10, 10, FeatureWorld::kDimension, random)
-                               .descriptors);
-  }
-  return turned;
-}
-
-/// A map of a straight flight along x, heading along x.
-class RelocaliserTest : public testing::Test {
- protected:
-  RelocaliserTest() {
-    std::vector<SE3> poses;
-    for (int i = 0; i < 8; ++i) poses.push_back(Above(2.5 * i, 0, 0));
-    made_.emplace(MakeTrueMap(world_, poses, {0.5, 0.3, 0, 30}, &random_));
-    for (KeyframeId id : made_->keyframes) around_.push_back(MakeLocalMap(made_->map, id, {}));
-  }
-
-  std::optional<Relocaliser::Found> Relocalise(const SyntheticView& view,
-                                               const LocalMaps& candidates,
-                                               const std::vector<Descriptors>& turned = {}) {
-    return relocaliser_.Relocalise(FrameOf(100, view), turned, candidates, &reason_);
-  }
-
-  static void ExpectPose(const SE3& found, const SE3& truth) {
-    EXPECT_LT((found.InverseTranslation() - truth.InverseTranslation()).norm(), 0.05);
-    EXPECT_LT((found * truth.Inverse()).Angle(), 0.004);
-  }
-
-  const FeatureWorld world_{Ground(1), 2};
-  Random random_{3};
-  std::optional<SyntheticMap> made_;
-  LocalMaps around_;  ///< Of each keyframe.
-  NearestNeighbourMatcher matcher_{{}};
-  Relocaliser relocaliser_{world_.camera(), {}, {}, {&matcher_}, nullptr};
-  std::string reason_;
-};
 
 TEST_F(RelocaliserTest, FindsThePoseDespiteFortyPercentWrongDescriptors) {
   const SE3 truth = Above(6, 1, 20);
@@ -218,37 +156,6 @@ TEST_F(RelocaliserTest, RefusesASmallRepeatedObject) {
       << "only how little of the image it covers speaks against it";
 }
 
-/// Two stretches of a map that look the same, far apart: the second shows the first's landmarks at
-/// other places.
-SyntheticMap MapOfTwoAlike(const FeatureWorld& world, Random* random) {
-  constexpr double kApart = 1000;
-  constexpr int kKeyframesEach = 4;
-  SyntheticMap made;
-  for (const double offset : {0.0, kApart}) {
-    std::vector<std::vector<Observation>> seen(world.landmarks().size());
-    for (int i = 0; i < kKeyframesEach; ++i) {
-      const KeyframeId id = made.ids.NextKeyframe();
-      made.keyframes.push_back(id);
-      made.views.push_back(world.View(Above(2.5 * i, 0, 0), {0.5, 0.3, 0, 30}, random));
-      made.map.AddKeyframe(id, FrameOf(id.value, made.views.back()), Above(2.5 * i + offset, 0, 0));
-      const std::vector<int>& landmarks = made.views.back().landmark;
-      for (size_t k = 0; k < landmarks.size(); ++k) {
-        if (landmarks[k] < 0) continue;
-        seen[static_cast<size_t>(landmarks[k])].push_back({id, static_cast<int>(k)});
-      }
-    }
-    for (size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i].size() < 2) continue;
-      const LandmarkId id = made.ids.NextLandmark();
-      made.map.AddLandmark(id, world.landmarks()[i] + Eigen::Vector3d(offset, 0, 0),
-                           made.keyframes.back());
-      for (const Observation& o : seen[i]) made.map.AddObservation(o.keyframe, o.keypoint, id);
-      made.map.UpdateAppearance(id);
-    }
-  }
-  return made;
-}
-
 TEST_F(RelocaliserTest, RefusesWhereTwoPlacesFitAlike) {
   const SyntheticMap both = MapOfTwoAlike(world_, &random_);
   const auto first = MakeLocalMap(both.map, both.keyframes[1], {});
@@ -274,155 +181,6 @@ TEST_F(RelocaliserTest, SeesNothingBehindTheCamera) {
   }
   ASSERT_GT(mirrored->landmarks.size(), 100u);
   EXPECT_FALSE(Relocalise(world_.View(truth, {0.5, 0.2, 0, 0}, &random_), {mirrored}));
-}
-
-/// Counts what it is asked, and matches only what it is told to.
-class CountingMatcher : public Matcher {
- public:
-  explicit CountingMatcher(bool matches) : matches_(matches) {}
-  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
-    ++calls;
-    return matches_ ? nearest_.MatchFeatures(a, b) : std::vector<Match>();
-  }
-  std::string Description() const override { return "counting"; }
-  int calls = 0;
-
- private:
-  const bool matches_;
-  NearestNeighbourMatcher nearest_{{}};
-};
-
-TEST_F(RelocaliserTest, AsksTheThoroughMatcherOnlyWhereNoPoseIsSure) {
-  const SyntheticView view = world_.View(Above(6, 1, 0), {0.5, 0.3, 0, 50}, &random_);
-  CountingMatcher quick(true), thorough(true);
-  Relocaliser relocaliser(world_.camera(), {}, {}, {&quick, &thorough}, nullptr);
-  EXPECT_TRUE(relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{around_[2]}));
-  EXPECT_GT(quick.calls, 0);
-  EXPECT_EQ(thorough.calls, 0);
-}
-
-TEST_F(RelocaliserTest, TheThoroughMatcherFindsWhatTheQuickOneDoesNotInTheFirstCandidates) {
-  const SE3 truth = Above(6, 1, 0);
-  const SyntheticView view = world_.View(truth, {0.5, 0.3, 0, 50}, &random_);
-  const FeatureWorld elsewhere{Ground(7), 8};
-  const SyntheticMap other =
-      MakeTrueMap(elsewhere, {Above(0, 0, 0), Above(2, 0, 0)}, {0.5, 0.3, 0, 0}, &random_);
-  const auto wrong = MakeLocalMap(other.map, other.keyframes[0], {});
-  RelocaliserOptions options;
-  options.neighbours = 0;
-  for (const bool first : {true, false}) {
-    CountingMatcher quick(false), thorough(true);
-    Relocaliser relocaliser(world_.camera(), options, {}, {&quick, &thorough}, nullptr);
-    const LocalMaps candidates =
-        first ? LocalMaps{wrong, around_[2], wrong} : LocalMaps{wrong, wrong, around_[2]};
-    const auto found = relocaliser.Relocalise(FrameOf(100, view), {}, candidates);
-    EXPECT_EQ(quick.calls, 3);
-    // A sure pose has to stand against the last one, too.
-    EXPECT_EQ(thorough.calls, options.thorough_candidates + (first ? 1 : 0));
-    ASSERT_EQ(found.has_value(), first);
-    if (!found) continue;
-    EXPECT_EQ(found->candidate, 1);
-    ExpectPose(found->located.cam_from_world, truth);
-  }
-}
-
-TEST_F(RelocaliserTest, TheThoroughMatcherRefusesWhereTwoPlacesFitAlike) {
-  const SyntheticMap both = MapOfTwoAlike(world_, &random_);
-  const auto first = MakeLocalMap(both.map, both.keyframes[1], {});
-  const auto second = MakeLocalMap(both.map, both.keyframes[5], {});
-  const FeatureWorld elsewhere{Ground(7), 8};
-  const SyntheticMap other =
-      MakeTrueMap(elsewhere, {Above(0, 0, 0), Above(2, 0, 0)}, {0.5, 0.3, 0, 0}, &random_);
-  const auto wrong = MakeLocalMap(other.map, other.keyframes[0], {});
-  const SyntheticView view = world_.View(Above(3, 0, 0), {0.5, 0.3, 0, 50}, &random_);
-  CountingMatcher quick(false), thorough(true);
-  Relocaliser relocaliser(world_.camera(), {}, {}, {&quick, &thorough}, nullptr);
-  EXPECT_TRUE(relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{first, wrong, wrong}));
-  EXPECT_FALSE(relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{first, wrong, second}));
-}
-
-/// Finds nothing in one keyframe.
-class BlindMatcher : public Matcher {
- public:
-  explicit BlindMatcher(const LocalMap& candidate)
-      : to_(candidate.keyframes[static_cast<size_t>(candidate.centre)].features.get()) {}
-  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
-    return &b == to_ ? std::vector<Match>() : nearest_.MatchFeatures(a, b);
-  }
-  std::string Description() const override { return "blind"; }
-
- private:
-  const Features* to_;
-  NearestNeighbourMatcher nearest_{{}};
-};
-
-/// Many landmarks of a small object agree with a place of another map, fewer all over the image
-/// with the true one.
-TEST_F(RelocaliserTest, ASurePoseCountsMoreThanOneWithMoreLandmarks) {
-  const SE3 truth = Above(6, 0, 0);
-  const FeatureWorld elsewhere{Ground(7), 8};
-  const SyntheticMap other =
-      MakeTrueMap(elsewhere, {truth, Above(8, 0, 0)}, {0.5, 0.2, 0, 0}, &random_);
-  auto right = std::make_shared<LocalMap>(*MakeLocalMap(other.map, other.keyframes[0], {}));
-  right->map = MapId{1};
-  const SyntheticView all = elsewhere.View(truth, {0.5, 0.2, 0, 0}, &random_);
-  const SyntheticView object = world_.View(truth, {0.5, 0.2, 0, 0}, &random_);
-  Features features(*all.features);
-  features.keypoints.clear();
-  features.descriptors = Descriptors(FeatureWorld::kDimension);
-  const auto take = [&features](const Features& from, int i) {
-    features.keypoints.push_back(from.keypoints[static_cast<size_t>(i)]);
-    features.descriptors.AppendFrom(from.descriptors, i);
-  };
-  for (int i = 0; i < all.features->size(); i += 16) take(*all.features, i);
-  const int spread = features.size();
-  for (int i = 0; i < object.features->size(); ++i) {
-    const Eigen::Vector2f px = object.features->keypoints[static_cast<size_t>(i)].px;
-    if ((px - Eigen::Vector2f(376, 240)).cwiseAbs().maxCoeff() < 90) take(*object.features, i);
-  }
-  ASSERT_GT(features.size(), 2 * spread) << spread << " all over the image";
-  SyntheticView view = all;
-  view.features = std::make_shared<const Features>(features);
-
-  BlindMatcher quick(*right);
-  NearestNeighbourMatcher thorough({});
-  RelocaliserOptions options;
-  options.neighbours = 0;
-  options.min_inliers = 20;
-  const LocalMaps candidates = {around_[2], right};
-  std::string reason;
-  EXPECT_FALSE(Relocaliser(world_.camera(), options, {}, {&quick}, nullptr)
-                   .Relocalise(FrameOf(100, view), {}, candidates, &reason));
-  EXPECT_THAT(reason, HasSubstr("not sure"));
-  const auto found = Relocaliser(world_.camera(), options, {}, {&quick, &thorough}, nullptr)
-                         .Relocalise(FrameOf(100, view), {}, candidates);
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->candidate, 1);
-  ExpectPose(found->located.cam_from_world, truth);
-}
-
-/// The quick matcher finds an unsure pose in the last candidate: it is tried before the first.
-TEST_F(RelocaliserTest, TheThoroughMatcherIsAskedForCandidatesWithAPoseFirst) {
-  RelocaliserOptions options;
-  options.min_inliers = 10000;  // no pose is sure
-  options.neighbours = 0;
-  options.thorough_candidates = 1;
-  class RecordingMatcher : public Matcher {
-   public:
-    std::vector<Match> MatchFeatures(const Features& /*a*/, const Features& b) override {
-      asked.push_back(&b);
-      return {};
-    }
-    std::string Description() const override { return "recording"; }
-    std::vector<const Features*> asked;
-  };
-  RecordingMatcher thorough;
-  const SyntheticView view = world_.View(Above(0, 0, 0), {0.5, 0.3, 0, 50}, &random_);
-  Relocaliser relocaliser(world_.camera(), options, {}, {&matcher_, &thorough}, nullptr);
-  relocaliser.Relocalise(FrameOf(100, view), {}, LocalMaps{around_[7], around_[6], around_[0]});
-  const LocalMap& last = *around_[0];
-  ASSERT_EQ(thorough.asked.size(), 1u);
-  EXPECT_EQ(thorough.asked[0], last.keyframes[static_cast<size_t>(last.centre)].features.get());
 }
 
 TEST_F(RelocaliserTest, GivesTheSameTwice) {

@@ -9,7 +9,7 @@
 #include <set>
 #include <utility>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -30,14 +30,7 @@ double DegreesOf(double angle_rad) { return angle_rad * 180 / std::numbers::pi; 
 
 }  // namespace
 
-void DriftOptions::Check() const {
-  CheckRange("looping.drift.min_shared", min_shared, 1, 1'000'000);
-  CheckPositive("looping.drift.per_travel", per_travel, 1e6);
-  CheckPositive("looping.drift.least_scale", least_scale, 100);
-  CheckRange("looping.drift.scale_per_view", scale_per_view, 0, 100);
-  CheckPositive("looping.drift.least_turn_deg", least_turn_deg, 360);
-  CheckRange("looping.drift.turn_per_view_deg", turn_per_view_deg, 0, 360);
-}
+void DriftOptions::Check() const { CheckOptions("looping.drift", *this); }
 
 double TravelBetween(const Map& map, KeyframeId from, KeyframeId to, int min_shared) {
   std::map<KeyframeId, double> travel = {{from, 0}};

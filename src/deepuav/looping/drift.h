@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/looping/loop_verifier.h"
 #include "deepuav/map/map.h"
 
@@ -22,14 +23,19 @@ struct DriftOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_shared", min_shared, "",
-          "landmarks that keyframes share for the map to hold them together");
+          "landmarks that keyframes share for the map to hold them together",
+          Between(1, 1'000'000));
     visit("per_travel", per_travel, "",
-          "drift of position over the travel, at most, beyond what scale and turn explain");
+          "drift of position over the travel, at most, beyond what scale and turn explain",
+          Above(0, 1e6));
     visit("least_scale", least_scale, "",
-          "natural logarithm of the drift of scale that is possible at once");
-    visit("scale_per_view", scale_per_view, "", "the same for each view travelled");
-    visit("least_turn_deg", least_turn_deg, "deg", "drift of direction that is possible at once");
-    visit("turn_per_view_deg", turn_per_view_deg, "deg", "the same for each view travelled");
+          "natural logarithm of the drift of scale that is possible at once", Above(0, 100));
+    visit("scale_per_view", scale_per_view, "", "the same for each view travelled",
+          Between(0, 100));
+    visit("least_turn_deg", least_turn_deg, "deg", "drift of direction that is possible at once",
+          Above(0, 360));
+    visit("turn_per_view_deg", turn_per_view_deg, "deg", "the same for each view travelled",
+          Between(0, 360));
   }
 };
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -64,11 +63,7 @@ void AddLoopEdges(const Map& map, const std::map<KeyframeId, Sim3>& moved,
 
 }  // namespace
 
-void EssentialGraphOptions::Check() const {
-  CheckRange("looping.essential_graph.min_shared_landmarks", min_shared_landmarks, 1, 1'000'000);
-  CheckPositive("looping.essential_graph.loop_weight", loop_weight, 1e6);
-  pose_graph.Check();
-}
+void EssentialGraphOptions::Check() const { CheckOptions("looping.essential_graph", *this); }
 
 std::vector<KeyframeMove> OptimiseEssentialGraph(const Map& map,
                                                  const std::map<KeyframeId, Sim3>& moved,

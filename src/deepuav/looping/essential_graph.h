@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/pose_graph.h"
 #include "deepuav/map/map.h"
 #include "deepuav/map/map_correction.h"
@@ -18,8 +19,10 @@ struct EssentialGraphOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_shared_landmarks", min_shared_landmarks, "",
-          "of two covisible keyframes for an edge between them");
-    visit("loop_weight", loop_weight, "", "of an edge that closes the loop; the others have 1");
+          "of two covisible keyframes for an edge between them", Between(1, 1'000'000));
+    visit("loop_weight", loop_weight, "", "of an edge that closes the loop; the others have 1",
+          Above(0, 1e6));
+    visit.Part("pose_graph", pose_graph);
   }
 };
 

@@ -6,8 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/looping/drift.h"
 
 namespace deepuav {
@@ -44,28 +43,20 @@ std::set<KeyframeId> Surroundings(const Map& map, KeyframeId keyframe, int min_s
 
 }  // namespace
 
-void LoopingOptions::Check() const {
-  CheckRange("looping.agreeing_keyframes", agreeing_keyframes, 1, 1000);
-  CheckRange("looping.memory_keyframes", memory_keyframes, agreeing_keyframes, 10'000);
-  CheckPositive("looping.max_disagreement_px", max_disagreement_px, 10'000);
-  CheckPositive("looping.max_scale_disagreement", max_scale_disagreement, 100);
-  CheckRange("looping.rest_keyframes", rest_keyframes, 0, 1'000'000);
-  CheckRange("looping.moved_keyframes", moved_keyframes, 1, 1'000'000);
-  CheckRange("looping.min_near_shared", min_near_shared, 1, 1'000'000);
-  recogniser.Check();
-  relocaliser.Check();
-  verifier.Check();
-  drift.Check();
-  essential_graph.Check();
+void LoopingOptions::Check() const { CheckOptions("looping", *this); }
+
+void LoopingOptions::CheckRelations() const {
+  CheckOption(memory_keyframes >= agreeing_keyframes, "memory_keyframes", memory_keyframes,
+              "at least looping.agreeing_keyframes");
 }
 
 LoopCloser::LoopCloser(const Camera& camera, const LoopingOptions& options,
-                       const LocatorOptions& locator, const Vocabulary* vocabulary,
-                       PlaceMatchers matchers, StageListener* stages)
+                       const LocatorOptions& locator, PlaceMemory* places, PlaceMatchers matchers,
+                       StageListener* stages)
     : camera_(camera),
       options_(options),
       stages_(stages),
-      recogniser_(vocabulary, options.recogniser),
+      places_(places),
       relocaliser_(camera, ForVerifying(options), locator, matchers, nullptr),
       verifier_(camera.pinhole, options.verifier, &relocaliser_) {
   options_.Check();
@@ -83,10 +74,6 @@ std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map, 
   ++processed_;
   Forget(atlas);
   std::optional<LoopFinding> finding = Find(atlas, map, keyframe, turned);
-  {
-    const StageScope stage(stages_, "remember place");
-    recogniser_.Remember(atlas.At(map).At(keyframe));
-  }
   if (!finding) return std::nullopt;
   const std::vector<LoopFinding> agreeing = AgreeingWith(atlas, *finding);
   Log().debug("keyframe {}: {} keyframes agree on it", keyframe.value, agreeing.size());
@@ -97,19 +84,6 @@ std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map, 
   findings_.clear();
   rest_until_ = processed_ + options_.rest_keyframes;
   return correction;
-}
-
-std::vector<PlaceCandidate> LoopCloser::PlacesLike(const Atlas& atlas, const Features& features,
-                                                   std::span<const Descriptors> turned) {
-  return recogniser_.Recognise(atlas, ViewsOf(features, turned));
-}
-
-std::vector<BagOfWords> LoopCloser::ViewsOf(const Features& features,
-                                            std::span<const Descriptors> turned) const {
-  std::vector<BagOfWords> views = {recogniser_.vocabulary().Words(features.descriptors)};
-  for (const Descriptors& descriptors : turned)
-    views.push_back(recogniser_.vocabulary().Words(descriptors));
-  return views;
 }
 
 std::optional<LoopFinding> LoopCloser::Find(const Atlas& atlas, MapId map, KeyframeId keyframe,
@@ -123,7 +97,7 @@ std::optional<LoopFinding> LoopCloser::Find(const Atlas& atlas, MapId map, Keyfr
   std::vector<PlaceCandidate> places;
   {
     const StageScope stage(stages_, "recognise place");
-    places = recogniser_.Recognise(atlas, ViewsOf(query.features(), turned), skip);
+    places = places_->PlacesLike(atlas, query.features(), turned, skip);
   }
   if (places.empty()) return std::nullopt;
   const StageScope stage(stages_, "verify place");

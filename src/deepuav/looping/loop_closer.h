@@ -5,11 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
 #include "deepuav/looping/drift.h"
 #include "deepuav/looping/essential_graph.h"
 #include "deepuav/looping/loop_verifier.h"
-#include "deepuav/looping/place_recogniser.h"
+#include "deepuav/looping/place_memory.h"
 
 namespace deepuav {
 
@@ -29,22 +30,31 @@ struct LoopingOptions {
   EssentialGraphOptions essential_graph;
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("enabled", enabled, "", "whether places are recognised at all");
+    visit("enabled", enabled, "", "close loops and join maps where places are seen again");
     visit("agreeing_keyframes", agreeing_keyframes, "",
-          "keyframes that must find the same loop before it is closed");
-    visit("memory_keyframes", memory_keyframes, "", "newest keyframes among which they must be");
+          "keyframes that must find the same loop before it is closed", Between(1, 1000));
+    visit("memory_keyframes", memory_keyframes, "", "newest keyframes among which they must be",
+          Between(1, 10'000));
     visit("max_disagreement_px", max_disagreement_px, "px",
-          "between where two keyframes see the loop's place");
+          "between where two keyframes see the loop's place", Above(0, 10'000));
     visit("max_scale_disagreement", max_scale_disagreement, "",
-          "natural logarithm of the ratio of two keyframes' scales of the loop");
+          "natural logarithm of the ratio of two keyframes' scales of the loop", Above(0, 100));
     visit("rest_keyframes", rest_keyframes, "",
-          "keyframes after a closed loop until the next in the same map");
+          "keyframes after a closed loop until the next in the same map", Between(0, 1'000'000));
     visit("moved_keyframes", moved_keyframes, "",
-          "keyframes around the newest that move as one before the rest follows");
+          "keyframes around the newest that move as one before the rest follows",
+          Between(1, 1'000'000));
     visit("min_near_shared", min_near_shared, "",
-          "landmarks that keyframes share to be near one another");
+          "landmarks that keyframes share to be near one another", Between(1, 1'000'000));
+    visit.Part("recogniser", recogniser);
+    visit.Part("relocaliser", relocaliser);
+    visit.Part("verifier", verifier);
+    visit.Part("drift", drift);
+    visit.Part("essential_graph", essential_graph);
   }
 };
 
@@ -52,9 +62,10 @@ struct LoopingOptions {
 /// has to change. Reads the atlas, never writes it. Thread-compatible; keeps no thread of its own.
 class LoopCloser {
  public:
-  /// The pointers must outlive it; `stages` may be null. `locator` as of Relocaliser.
+  /// The pointers must outlive it; `stages` may be null. `places` remembers earlier keyframes,
+  /// which is up to the caller. `locator` as of Relocaliser.
   LoopCloser(const Camera& camera, const LoopingOptions& options, const LocatorOptions& locator,
-             const Vocabulary* vocabulary, PlaceMatchers matchers, StageListener* stages);
+             PlaceMemory* places, PlaceMatchers matchers, StageListener* stages);
 
   /// Whether the keyframe could close a loop: something else than its neighbours is known.
   bool HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId keyframe) const;
@@ -64,16 +75,7 @@ class LoopCloser {
   std::optional<MapCorrection> Process(const Atlas& atlas, MapId map, KeyframeId keyframe,
                                        std::span<const Descriptors> turned);
 
-  /// Only remembers the keyframe, as of a map that was loaded.
-  void Remember(const Keyframe& keyframe) { recogniser_.Remember(keyframe); }
-
-  /// Places that look like a frame, the most similar first.
-  std::vector<PlaceCandidate> PlacesLike(const Atlas& atlas, const Features& features,
-                                         std::span<const Descriptors> turned);
-
  private:
-  std::vector<BagOfWords> ViewsOf(const Features& features,
-                                  std::span<const Descriptors> turned) const;
   std::optional<LoopFinding> Find(const Atlas& atlas, MapId map, KeyframeId keyframe,
                                   std::span<const Descriptors> turned);
   std::vector<LoopFinding> AgreeingWith(const Atlas& atlas, const LoopFinding& newest) const;
@@ -84,7 +86,7 @@ class LoopCloser {
   const Camera camera_;
   const LoopingOptions options_;
   StageListener* stages_;
-  PlaceRecogniser recogniser_;
+  PlaceMemory* places_;
   Relocaliser relocaliser_;
   LoopVerifier verifier_;
   /// A finding and the count of processed keyframes when it was made.

@@ -32,12 +32,15 @@ class LoopCloserTest : public testing::Test {
   }
   void Begin(const LoopingOptions& options = {}) {
     vocabulary_.emplace(VocabularyOf(made_.views));
-    closer_.emplace(world_.camera(), options, LocatorOptions{}, &*vocabulary_,
-                    PlaceMatchers{&matcher_}, nullptr);
-    for (KeyframeId id : first_.keyframes) closer_->Remember(made_.atlas.At(MapId{0}).At(id));
+    places_.emplace(&*vocabulary_, options.recogniser);
+    closer_.emplace(world_.camera(), options, LocatorOptions{}, &*places_, PlaceMatchers{&matcher_},
+                    nullptr);
+    for (KeyframeId id : first_.keyframes) places_->Remember(made_.atlas.At(MapId{0}).At(id));
   }
   std::optional<MapCorrection> Process(const Visit& visit, size_t k) {
-    return closer_->Process(made_.atlas, visit.map, visit.keyframes[k], {});
+    auto correction = closer_->Process(made_.atlas, visit.map, visit.keyframes[k], {});
+    places_->Remember(made_.atlas.At(visit.map).At(visit.keyframes[k]));
+    return correction;
   }
   /// Of keyframes `from` up to `to`, the correction each gave.
   std::vector<bool> Closes(const Visit& visit, size_t from, size_t to) {
@@ -58,6 +61,7 @@ class LoopCloserTest : public testing::Test {
   Visit first_;
   NearestNeighbourMatcher matcher_{{}};
   std::optional<Vocabulary> vocabulary_;
+  std::optional<PlaceMemory> places_;
   std::optional<LoopCloser> closer_;
 };
 
@@ -208,11 +212,11 @@ TEST_F(LoopCloserTest, TellsPlacesLikeAFrameUnderAnyHeading) {
   Begin();
   const SyntheticView view =
       world_.View(LookDown({6.2, 0.5, 12}, 0), {0.5, 0.3, 0, 20}, &made_.random);
-  const auto upright = closer_->PlacesLike(made_.atlas, *view.features, {});
+  const auto upright = places_->PlacesLike(made_.atlas, *view.features, {});
   ASSERT_FALSE(upright.empty());
   EXPECT_EQ(upright[0].keyframe, first_.keyframes[3]);
   const SyntheticView strange = Redescribed(view, &made_.random);
-  const auto turned = closer_->PlacesLike(made_.atlas, *strange.features,
+  const auto turned = places_->PlacesLike(made_.atlas, *strange.features,
                                           TurnedOf(*view.features, 2, &made_.random));
   ASSERT_FALSE(turned.empty());
   EXPECT_EQ(turned[0].keyframe, first_.keyframes[3]);

@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -24,16 +23,7 @@ double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3
 
 }  // namespace
 
-void VerifierOptions::Check() const {
-  CheckRange("looping.verifier.min_pairs", min_pairs, 3, 100'000);
-  CheckOption(max_known_ratio >= 0 && max_known_ratio <= 1, "looping.verifier.max_known_ratio",
-              max_known_ratio, "0 to 1");
-  CheckOption(min_pair_ratio >= 0 && min_pair_ratio <= 1, "looping.verifier.min_pair_ratio",
-              min_pair_ratio, "0 to 1");
-  CheckRange("looping.verifier.max_samples", max_samples, 1, 10'000);
-  place.Check();
-  sim3.Check();
-}
+void VerifierOptions::Check() const { CheckOptions("looping.verifier", *this); }
 
 LoopVerifier::LoopVerifier(const Pinhole& pinhole, const VerifierOptions& options,
                            Relocaliser* relocaliser)

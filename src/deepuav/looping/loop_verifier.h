@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/sim3_optimisation.h"
 #include "deepuav/localisation/relocaliser.h"
-#include "deepuav/looping/place_recogniser.h"
+#include "deepuav/looping/place_memory.h"
 #include "deepuav/map/map_correction.h"
 
 namespace deepuav {
@@ -25,11 +26,17 @@ struct VerifierOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_pairs", min_pairs, "",
-          "landmarks of the keyframe and of the place that prove to be the same");
+          "landmarks of the keyframe and of the place that prove to be the same",
+          Between(3, 100'000));
     visit("max_known_ratio", max_known_ratio, "",
-          "of the place's landmarks seen, those that the keyframe has: more is no loop");
-    visit("min_pair_ratio", min_pair_ratio, "", "of the landmarks seen twice, those that agree");
-    visit("max_samples", max_samples, "", "of the RANSAC for the keyframe's pose");
+          "of the place's landmarks seen, those that the keyframe has: more is no loop",
+          Between(0, 1));
+    visit("min_pair_ratio", min_pair_ratio, "", "of the landmarks seen twice, those that agree",
+          Between(0, 1));
+    visit("max_samples", max_samples, "", "of the RANSAC for the keyframe's pose",
+          Between(1, 10'000));
+    visit.Part("place", place);
+    visit.Part("sim3", sim3);
   }
 };
 

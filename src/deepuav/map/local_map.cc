@@ -5,8 +5,7 @@
 #include <set>
 #include <unordered_map>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/map/landmark_noise.h"
 
 namespace deepuav {
@@ -139,10 +138,7 @@ LocalKeyframe CopyKeyframe(const Keyframe& keyframe, const LandmarkOrder& landma
 }  // namespace
 
 void LocalMapOptions::Check() const {
-  CheckRange("mapping.local_map.max_keyframes", max_keyframes, 2, 10'000);
-  CheckRange("mapping.local_map.min_shared_landmarks", min_shared_landmarks, 1, 1'000'000);
-  CheckRange("mapping.local_map.max_landmarks", max_landmarks, 100, 1'000'000);
-  CheckPositive("mapping.local_map.max_heading_difference_deg", max_heading_difference_deg, 180);
+  CheckOptions("mapping.local_map", *this);
   reference.Check();
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/features/descriptors.h"
 #include "deepuav/map/map.h"
 #include "deepuav/map/reference_view.h"
@@ -55,13 +56,15 @@ struct LocalMapOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_keyframes", max_keyframes, "", "most keyframes of the local map");
+    visit("max_keyframes", max_keyframes, "", "most keyframes of the local map",
+          Between(2, 10'000));
     visit("min_shared_landmarks", min_shared_landmarks, "",
-          "landmarks two keyframes share at least to be neighbours");
+          "landmarks two keyframes share at least to be neighbours", Between(1, 1'000'000));
     visit("max_landmarks", max_landmarks, "",
-          "most landmarks of the local map, those of the nearest keyframes first");
+          "most landmarks of the local map, those of the nearest keyframes first",
+          Between(100, 1'000'000));
     visit("max_heading_difference_deg", max_heading_difference_deg, "deg",
-          "in-plane rotation up to which a landmark's descriptor is recognised");
+          "in-plane rotation up to which a landmark's descriptor is recognised", Above(0, 180));
   }
 };
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -25,12 +25,7 @@ Eigen::Vector3d ToView(const Map& map, const Landmark& landmark, KeyframeId keyf
 
 }  // namespace
 
-void ReferenceViewOptions::Check() const {
-  CheckOption(max_angle_deg > 0 && max_angle_deg <= 90, "mapping.reference.max_angle_deg",
-              max_angle_deg, "above 0, at most 90");
-  CheckOption(max_scale_change > 1 && max_scale_change <= 10, "mapping.reference.max_scale_change",
-              max_scale_change, "above 1, at most 10");
-}
+void ReferenceViewOptions::Check() const { CheckOptions("mapping.reference", *this); }
 
 const Observation* ReferenceObservation(const Map& map, const Landmark& landmark,
                                         const Eigen::Vector3d& centre_world,

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {
@@ -14,9 +15,9 @@ struct ReferenceViewOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_angle_deg", max_angle_deg, "deg",
-          "between the directions from which a patch and its reference are seen");
+          "between the directions from which a patch and its reference are seen", Above(0, 90));
     visit("max_scale_change", max_scale_change, "",
-          "ratio of the distances from which a patch and its reference are seen");
+          "ratio of the distances from which a patch and its reference are seen", Above(1, 10));
   }
 };
 

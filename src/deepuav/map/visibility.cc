@@ -3,8 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -31,11 +30,7 @@ std::optional<Eigen::Vector2d> Expect(const AnyLandmark& landmark, const SE3& ca
 
 }  // namespace
 
-void VisibilityOptions::Check() const {
-  CheckOption(max_view_angle_deg > 0 && max_view_angle_deg < 90, "visibility.max_view_angle_deg",
-              max_view_angle_deg, "above 0, below 90");
-  CheckRange("visibility.max_distance_factor", max_distance_factor, 1, 1e6);
-}
+void VisibilityOptions::Check() const { CheckOptions("visibility", *this); }
 
 std::optional<Eigen::Vector2d> ExpectedPixel(const LocalLandmark& landmark,
                                              const SE3& cam_from_world, const Camera& camera,

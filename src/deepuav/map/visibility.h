@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/local_map.h"
 #include "deepuav/map/map.h"
@@ -16,9 +17,9 @@ struct VisibilityOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_view_angle_deg", max_view_angle_deg, "deg",
-          "between the view and a landmark's mean viewing direction");
+          "between the view and a landmark's mean viewing direction", Within(0, 90));
     visit("max_distance_factor", max_distance_factor, "",
-          "beyond the distances a landmark was seen from");
+          "beyond the distances a landmark was seen from", Between(1, 1e6));
   }
 };
 

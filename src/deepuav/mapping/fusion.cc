@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/features/keypoint_grid.h"
 
 namespace deepuav {
@@ -72,13 +71,7 @@ std::vector<LandmarkId> ValidLandmarks(const Keyframe& keyframe) {
 
 }  // namespace
 
-void FusionOptions::Check() const {
-  CheckPositive("mapping.fusion.radius_px", radius_px, 1000);
-  CheckRange("mapping.fusion.second_ring", second_ring, 0, 1000);
-  CheckRange("mapping.fusion.max_neighbours", max_neighbours, 1, 1000);
-  visibility.Check();
-  projection.Check();
-}
+void FusionOptions::Check() const { CheckOptions("mapping.fusion", *this); }
 
 void FuseDuplicates(Map* map, KeyframeId id, const Camera& camera, const FusionOptions& options,
                     const PatchObserver& observer) {

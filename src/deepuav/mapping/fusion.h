@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/map.h"
 #include "deepuav/map/visibility.h"
@@ -18,10 +19,14 @@ struct FusionOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("second_ring", second_ring, "", "keyframes taken of each neighbour's own neighbours");
-    visit("radius_px", radius_px, "px", "search window around a projected landmark");
+    visit("second_ring", second_ring, "", "keyframes taken of each neighbour's own neighbours",
+          Between(0, 1000));
+    visit("radius_px", radius_px, "px", "search window around a projected landmark",
+          Above(0, 1000));
     visit("max_neighbours", max_neighbours, "",
-          "keyframes whose landmarks are fused with the new one's");
+          "keyframes whose landmarks are fused with the new one's", Between(1, 1000));
+    visit.Part("visibility", visibility);
+    visit.Part("projection", projection);
   }
 };
 

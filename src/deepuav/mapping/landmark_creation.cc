@@ -4,8 +4,7 @@
 #include <numbers>
 #include <optional>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/geometry/triangulation.h"
 
 namespace deepuav {
@@ -112,12 +111,7 @@ bool BaselineIsTooShort(const Map& map, const Keyframe& a, const Keyframe& b, do
 }  // namespace
 
 void CreationOptions::Check() const {
-  CheckRange("mapping.creation.max_neighbours", max_neighbours, 1, 1000);
-  CheckRange("mapping.creation.learned_neighbours", learned_neighbours, 0, 1000);
-  CheckRange("mapping.creation.min_baseline_ratio", min_baseline_ratio, 0, 10);
-  CheckPositive("mapping.creation.min_parallax_deg", min_parallax_deg, 90);
-  CheckPositive("mapping.creation.max_chi_square", max_chi_square, 1e6);
-  CheckRange("mapping.creation.max_distance_ratio", max_distance_ratio, 1, 1e6);
+  CheckOptions("mapping.creation", *this);
   epipolar.Check();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/map/map.h"
 #include "deepuav/mapping/patch_observation.h"
 #include "deepuav/matching/epipolar.h"
@@ -19,16 +20,17 @@ struct CreationOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_neighbours", max_neighbours, "",
-          "keyframes matched with a new one to create landmarks");
+          "keyframes matched with a new one to create landmarks", Between(1, 1000));
     visit("learned_neighbours", learned_neighbours, "",
-          "of these, the most covisible ones that matching.method=superglue matches, too");
+          "of these, the most covisible ones that matching.method=superglue matches, too",
+          Between(0, 1000));
     visit("min_baseline_ratio", min_baseline_ratio, "",
-          "distance of two cameras over the median depth, at least");
-    visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a new landmark");
+          "distance of two cameras over the median depth, at least", Between(0, 10));
+    visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a new landmark", Above(0, 90));
     visit("max_chi_square", max_chi_square, "",
-          "squared reprojection error over sigma of a new landmark, at most");
+          "squared reprojection error over sigma of a new landmark, at most", Above(0, 1e6));
     visit("max_distance_ratio", max_distance_ratio, "",
-          "between a new landmark's distances to its cameras, at most");
+          "between a new landmark's distances to its cameras, at most", Between(1, 1e6));
   }
 };
 

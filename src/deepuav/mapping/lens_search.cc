@@ -1,8 +1,7 @@
 #include "deepuav/mapping/lens_search.h"
 
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/bundle_window.h"
 
@@ -17,14 +16,7 @@ BundleOptions FreeingTheLens(BundleOptions bundle, const LensSearchOptions& opti
 
 }  // namespace
 
-void LensSearchOptions::Check() const {
-  CheckPositive("radial_sigma", radial_sigma, 100);
-  CheckRange("min_keyframes", min_keyframes, 2, 1'000'000);
-  CheckOption(min_cost_share >= 0 && min_cost_share <= 1, "min_cost_share", min_cost_share,
-              "0 to 1");
-  CheckPositive("max_error_px", max_error_px, 100);
-  CheckRange("max_rounds", max_rounds, 1, 100);
-}
+void LensSearchOptions::Check() const { CheckOptions("mapping.lens", *this); }
 
 std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const BundleOptions& bundle, const LensSearchOptions& options,

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/bundle_camera.h"
 #include "deepuav/map/map.h"
 
@@ -24,14 +25,18 @@ struct LensSearchOptions {
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "",
           "correct the distortion of a calibration that a map contradicts, at the end of a run");
-    visit("radial_sigma", radial_sigma, "", "standard deviation of a calibration's k1 and k2");
-    visit("min_keyframes", min_keyframes, "", "keyframes of a map that may contradict");
+    visit("radial_sigma", radial_sigma, "", "standard deviation of a calibration's k1 and k2",
+          Above(0, 100));
+    visit("min_keyframes", min_keyframes, "", "keyframes of a map that may contradict",
+          Between(2, 1'000'000));
     visit("min_cost_share", min_cost_share, "",
-          "share of the cost of a map's errors that a correction must save");
+          "share of the cost of a map's errors that a correction must save", Between(0, 1));
     visit("max_error_px", max_error_px, "px",
           "error of the lens model that stands for the corrected calibration, at most, root mean "
-          "square over the image");
-    visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives");
+          "square over the image",
+          Above(0, 100));
+    visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives",
+          Between(1, 100));
   }
 };
 

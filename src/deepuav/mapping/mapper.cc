@@ -2,34 +2,15 @@
 
 #include <algorithm>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/map/frame_motion.h"
 #include "deepuav/mapping/correction.h"
 
 namespace deepuav {
 void MappingOptions::Check() const {
-  CheckOption(min_found_ratio >= 0 && min_found_ratio <= 1, "mapping.min_found_ratio",
-              min_found_ratio, "0 to 1");
-  CheckRange("mapping.young_keyframes", young_keyframes, 1, 1000);
-  CheckRange("mapping.min_young_observations", min_young_observations, 2, 1000);
-  CheckRange("mapping.window_keyframes", window_keyframes, 2, 1000);
-  CheckOption(min_start_ratio >= 0 && min_start_ratio <= 1, "mapping.min_start_ratio",
-              min_start_ratio, "0 to 1");
-  CheckPositive("mapping.redundant_ratio", redundant_ratio, 10);
-  CheckOption(substitute_ratio >= 0 && substitute_ratio <= 1, "mapping.substitute_ratio",
-              substitute_ratio, "0 to 1");
-  CheckRange("mapping.redundant_observers", redundant_observers, 1, 1000);
+  CheckOptions("mapping", *this);
   patches.Check();
-  model_noise.Check();
-  local_map.Check();
-  creation.Check();
-  fusion.Check();
-  moving.Check();
-  lens.Check();
-  local_bundle.Check();
-  global_bundle.Check();
 }
 
 Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas,

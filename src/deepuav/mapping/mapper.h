@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
 #include "deepuav/estimation/model_noise.h"
 #include "deepuav/map/atlas.h"
@@ -50,22 +51,34 @@ struct MappingOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_found_ratio", min_found_ratio, "",
-          "frames that matched a young landmark over those that should have");
+          "frames that matched a young landmark over those that should have", Between(0, 1));
     visit("young_keyframes", young_keyframes, "",
-          "keyframes after its creation while a landmark counts as young");
+          "keyframes after its creation while a landmark counts as young", Between(1, 1000));
     visit("min_young_observations", min_young_observations, "",
-          "keyframes that see a landmark once it is not young");
-    visit("window_keyframes", window_keyframes, "", "keyframes adjusted together with a new one");
+          "keyframes that see a landmark once it is not young", Between(2, 1000));
+    visit("window_keyframes", window_keyframes, "", "keyframes adjusted together with a new one",
+          Between(2, 1000));
     visit("redundant_ratio", redundant_ratio, "",
-          "share of landmarks seen elsewhere that makes a keyframe redundant");
+          "share of landmarks seen elsewhere that makes a keyframe redundant", Above(0, 10));
     visit("redundant_observers", redundant_observers, "",
-          "other keyframes that must see these landmarks");
+          "other keyframes that must see these landmarks", Between(1, 1000));
     visit("substitute_ratio", substitute_ratio, "",
-          "share of a redundant keyframe's landmarks that one other keyframe must see");
+          "share of a redundant keyframe's landmarks that one other keyframe must see",
+          Between(0, 1));
     visit("fuse_at_end", fuse_at_end, "",
           "look for all landmarks in all neighbouring keyframes before the last adjustment");
     visit("min_start_ratio", min_start_ratio, "",
-          "share of a new map's landmarks that must outlast its first adjustment");
+          "share of a new map's landmarks that must outlast its first adjustment", Between(0, 1));
+    visit.Part("local_map", local_map);
+    visit.Part("reference", local_map.reference);
+    visit.Part("model_noise", model_noise);
+    visit.Part("creation", creation);
+    visit.Part("epipolar", creation.epipolar);
+    visit.Part("fusion", fusion);
+    visit.Part("moving", moving);
+    visit.Part("local_bundle", local_bundle);
+    visit.Part("global_bundle", global_bundle);
+    visit.Part("lens", lens);
   }
 };
 

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -90,12 +89,7 @@ class Judge {
 
 }  // namespace
 
-void MovingLandmarkOptions::Check() const {
-  CheckRange("mapping.moving.few_observations", few_observations, 0, 1000);
-  CheckRange("mapping.moving.min_found_ratio", min_found_ratio, 0, 1);
-  CheckPositive("mapping.moving.max_depth_step", max_depth_step, 100);
-  CheckRange("mapping.moving.min_patch_share", min_patch_share, 0, 1);
-}
+void MovingLandmarkOptions::Check() const { CheckOptions("mapping.moving", *this); }
 
 int RemoveMoving(Map* map, const MovingLandmarkOptions& options) {
   std::vector<LandmarkId> moving;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {
@@ -17,13 +18,17 @@ struct MovingLandmarkOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("set_aside", set_aside, "", "remove landmarks that seem to lie on things that move");
-    visit("few_observations", few_observations, "", "observations that may agree by chance");
+    visit("few_observations", few_observations, "", "observations that may agree by chance",
+          Between(0, 1000));
     visit("min_found_ratio", min_found_ratio, "",
-          "frames that found a landmark without patches over those that should have");
+          "frames that found a landmark without patches over those that should have",
+          Between(0, 1));
     visit("max_depth_step", max_depth_step, "",
-          "logarithm of the ratio of a landmark's depth to the most similar around it");
+          "logarithm of the ratio of a landmark's depth to the most similar around it",
+          Above(0, 100));
     visit("min_patch_share", min_patch_share, "",
-          "share of observations measured by patches from which their absence tells something");
+          "share of observations measured by patches from which their absence tells something",
+          Between(0, 1));
   }
 };
 

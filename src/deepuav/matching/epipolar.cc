@@ -1,7 +1,6 @@
 #include "deepuav/matching/epipolar.h"
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/matching/best_two.h"
 
 namespace deepuav {
@@ -43,13 +42,7 @@ class EpipolarGeometry {
 
 }  // namespace
 
-void EpipolarOptions::Check() const {
-  CheckPositive("mapping.epipolar.max_distance_px", max_distance_px, 1000);
-  CheckOption(min_similarity >= -1 && min_similarity < 1, "mapping.epipolar.min_similarity",
-              min_similarity, "-1 up to 1");
-  CheckOption(ratio > 0 && ratio <= 1, "mapping.epipolar.ratio", ratio, "above 0, at most 1");
-  CheckRange("mapping.epipolar.min_epipole_distance_px", min_epipole_distance_px, 0, 100'000);
-}
+void EpipolarOptions::Check() const { CheckOptions("mapping.epipolar", *this); }
 
 Eigen::Matrix3d FundamentalFromPose(const Pinhole& pinhole, const SE3& b_from_a) {
   const Eigen::Matrix3d inverse = pinhole.Matrix().inverse();

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/matching/matcher.h"
@@ -18,12 +19,14 @@ struct EpipolarOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_distance_px", max_distance_px, "px", "distance of a match from the epipolar line");
-    visit("min_similarity", min_similarity, "", "least cosine similarity of a match");
+    visit("max_distance_px", max_distance_px, "px", "distance of a match from the epipolar line",
+          Above(0, 1000));
+    visit("min_similarity", min_similarity, "", "least cosine similarity of a match", Below(-1, 1));
     visit("ratio", ratio, "",
-          "distance to the best over distance to the second best near the line, at most");
+          "distance to the best over distance to the second best near the line, at most",
+          Above(0, 1));
     visit("min_epipole_distance_px", min_epipole_distance_px, "px",
-          "points nearer to the epipole are left out");
+          "points nearer to the epipole are left out", Between(0, 100'000));
   }
 };
 

@@ -1,16 +1,10 @@
 #include "deepuav/matching/nearest_neighbour.h"
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/matching/best_two_scan.h"
 
 namespace deepuav {
-void NearestNeighbourOptions::Check() const {
-  CheckOption(min_similarity >= -1 && min_similarity < 1, "matching.min_similarity", min_similarity,
-              "-1 up to 1");
-  CheckOption(ratio > 0 && ratio <= 1, "matching.ratio", ratio, "above 0, at most 1");
-  CheckRange("matching.max_motion_px", max_motion_px, 0, 100'000);
-}
+void NearestNeighbourOptions::Check() const { CheckOptions("matching", *this); }
 
 NearestNeighbourMatcher::NearestNeighbourMatcher(const NearestNeighbourOptions& options)
     : options_(options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/matching/matcher.h"
 
 namespace deepuav {
@@ -12,9 +13,11 @@ struct NearestNeighbourOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("min_similarity", min_similarity, "", "least cosine similarity of a match");
-    visit("ratio", ratio, "", "distance to the best over distance to the second best, at most");
-    visit("max_motion_px", max_motion_px, "px", "largest displacement between the images; 0: any");
+    visit("min_similarity", min_similarity, "", "least cosine similarity of a match", Below(-1, 1));
+    visit("ratio", ratio, "", "distance to the best over distance to the second best, at most",
+          Above(0, 1));
+    visit("max_motion_px", max_motion_px, "px", "largest displacement between the images; 0: any",
+          Between(0, 100'000));
   }
 };
 

@@ -1,6 +1,6 @@
 #include "deepuav/matching/projection.h"
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/matching/best_two.h"
 
 namespace deepuav {
@@ -13,11 +13,7 @@ struct Candidate {
 
 }  // namespace
 
-void ProjectionOptions::Check() const {
-  CheckOption(min_similarity >= -1 && min_similarity < 1, "projection.min_similarity",
-              min_similarity, "-1 up to 1");
-  CheckOption(ratio > 0 && ratio <= 1, "projection.ratio", ratio, "above 0, at most 1");
-}
+void ProjectionOptions::Check() const { CheckOptions("projection", *this); }
 
 std::vector<Match> MatchProjected(const std::vector<ProjectionTarget>& targets,
                                   const Descriptors& target_descriptors, const Features& features,

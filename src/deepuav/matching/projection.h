@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/features/keypoint_grid.h"
 #include "deepuav/matching/matcher.h"
 
@@ -22,9 +23,10 @@ struct ProjectionOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("min_similarity", min_similarity, "", "least cosine similarity of a match");
+    visit("min_similarity", min_similarity, "", "least cosine similarity of a match", Below(-1, 1));
     visit("ratio", ratio, "",
-          "distance to the best over distance to the second best in the window, at most");
+          "distance to the best over distance to the second best in the window, at most",
+          Above(0, 1));
   }
 };
 

@@ -7,8 +7,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/matching/best_two.h"
 
 namespace deepuav {
@@ -31,11 +30,7 @@ const TensorInfo* FindTensor(const std::vector<TensorInfo>& tensors, const std::
 
 }  // namespace
 
-void SuperGlueOptions::Check() const {
-  CheckRange("superglue.keypoints", keypoints, 1, 10'000);
-  CheckOption(min_score >= 0 && min_score < 1, "superglue.min_score", min_score, "0 to below 1");
-  if (!precision.empty()) CheckPrecision("superglue.precision", precision);
-}
+void SuperGlueOptions::Check() const { CheckOptions("superglue", *this); }
 
 void SuperGlueOptions::CheckModel() const {
   if (model.empty()) throw Error("option superglue.model is empty: expected the file of a network");

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/inference/session.h"
 #include "deepuav/matching/matcher.h"
 
@@ -24,9 +25,11 @@ struct SuperGlueOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("model", model, "", "file of the network (.onnx, or OpenVINO's .xml)");
-    visit("keypoints", keypoints, "", "key points of an image that are matched, the best first");
-    visit("min_score", min_score, "", "least assignment probability of a match");
-    visit("precision", precision, "", "arithmetic, as inference.precision; empty: that one");
+    visit("keypoints", keypoints, "", "key points of an image that are matched, the best first",
+          Between(1, 10'000));
+    visit("min_score", min_score, "", "least assignment probability of a match", Below(0, 1));
+    visit("precision", precision, "", "arithmetic, as inference.precision; empty: that one",
+          Precisions().OrEmpty());
   }
 };
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/ortho/node_patch.h"
 
 namespace deepuav {
@@ -215,11 +215,7 @@ class MosaicMaker {
 
 }  // namespace
 
-void MosaicOptions::Check() const {
-  CheckRange("feather_nodes", feather_nodes, 0, 100);
-  CheckRange("block_px", block_px, 16, 16384);
-  CheckRange("cache_mb", cache_mb, 0, 1e6);
-}
+void MosaicOptions::Check() const { CheckOptions("", *this); }
 
 cv::Size MosaicSize(const GroundGrid& grid, int cells_a_step) {
   constexpr int kMost = 1 << 30;

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/ortho/color_levels.h"
 #include "deepuav/ortho/photographs.h"
 
@@ -17,9 +18,11 @@ struct MosaicOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("feather_nodes", feather_nodes, "", "standard deviation of the transition at a seam");
-    visit("block_px", block_px, "px", "side of what is in memory of the mosaic at once");
-    visit("cache_mb", cache_mb, "MB", "of photographs that stay decoded");
+    visit("feather_nodes", feather_nodes, "", "standard deviation of the transition at a seam",
+          Between(0, 100));
+    visit("block_px", block_px, "px", "side of what is in memory of the mosaic at once",
+          Between(16, 16384));
+    visit("cache_mb", cache_mb, "MB", "of photographs that stay decoded", Between(0, 1e6));
   }
 };
 

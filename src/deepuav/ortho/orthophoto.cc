@@ -4,19 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 
-void OrthoOptions::Check() const {
-  CheckRange("resolution", resolution, 0, 1e9);
-  surface.Check();
-  views.Check();
-  seams.Check();
-  mosaic.Check();
-}
+void OrthoOptions::Check() const { CheckOptions("", *this); }
 
 cv::Mat1f OrthoPlan::Heights(int first, int last) const {
   const int columns = MosaicSize(surface.grid, cells_a_step).width;

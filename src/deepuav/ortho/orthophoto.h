@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/io/geotiff_file.h"
 #include "deepuav/ortho/map_scene.h"
 #include "deepuav/ortho/mosaic.h"
@@ -23,6 +24,15 @@ struct OrthoOptions {
 
   /// Throws Error for a value that cannot be.
   void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("resolution", resolution, "",
+          "width of a cell, ground units; 0: what the photographs show", Between(0, 1e9));
+    visit.Part("surface", surface);
+    visit.Part("views", views);
+    visit.Part("seams", seams);
+    visit.Part("mosaic", mosaic);
+  }
 };
 
 /// A raster of the ground, ready to be made.

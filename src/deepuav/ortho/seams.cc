@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -104,11 +104,7 @@ class SeamChooser {
 
 }  // namespace
 
-void SeamOptions::Check() const {
-  CheckRange("length_cost", length_cost, 0, 1e6);
-  CheckRange("mismatch_cost", mismatch_cost, 0, 1e6);
-  CheckRange("sweeps", sweeps, 0, 10000);
-}
+void SeamOptions::Check() const { CheckOptions("", *this); }
 
 cv::Mat1i ChooseSeams(const GroundGrid& grid, const ViewChoice& choice, const NodeColors& colors,
                       const ColorLevels& levels, const SeamOptions& options) {

@@ -2,6 +2,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/ortho/color_levels.h"
 
 namespace deepuav {
@@ -14,9 +15,10 @@ struct SeamOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("length_cost", length_cost, "", "of a seam between two nodes");
-    visit("mismatch_cost", mismatch_cost, "", "of a seam where one photograph is black, one white");
-    visit("sweeps", sweeps, "", "through all nodes, at most");
+    visit("length_cost", length_cost, "", "of a seam between two nodes", Between(0, 1e6));
+    visit("mismatch_cost", mismatch_cost, "", "of a seam where one photograph is black, one white",
+          Between(0, 1e6));
+    visit("sweeps", sweeps, "", "through all nodes, at most", Between(0, 10000));
   }
 };
 

@@ -9,7 +9,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/ortho/gap_filling.h"
 
 namespace deepuav {
@@ -218,17 +218,7 @@ void CutBeyond(const Points& points, const GroundGrid& grid, double margin, cv::
 
 }  // namespace
 
-void SurfaceOptions::Check() const {
-  CheckPositive("step_over_spacing", step_over_spacing, 100);
-  CheckRange("max_nodes", max_nodes, 100, 1e8);
-  CheckRange("min_landmarks", min_landmarks, 3, 1e6);
-  CheckRange("neighbours", neighbours, 3, 1000);
-  CheckRange("support", support, 3, 1000);
-  CheckPositive("max_isolation", max_isolation, 1e6);
-  CheckPositive("max_off", max_off, 1e6);
-  CheckPositive("support_spacings", support_spacings, 1e6);
-  CheckRange("margin_spacings", margin_spacings, 0, 1e6);
-}
+void SurfaceOptions::Check() const { CheckOptions("", *this); }
 
 Surface FitSurface(const std::vector<Eigen::Vector3d>& landmarks, double unit,
                    const SurfaceOptions& options) {

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/ortho/ground_grid.h"
 
 namespace deepuav {
@@ -22,15 +23,23 @@ struct SurfaceOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("step_over_spacing", step_over_spacing, "", "step of the grid over that of landmarks");
-    visit("max_nodes", max_nodes, "", "of the grid; its step grows where there would be more");
-    visit("min_landmarks", min_landmarks, "", "fewer make no surface");
-    visit("neighbours", neighbours, "", "landmarks that tell whether one of them is an outlier");
-    visit("support", support, "", "landmarks through which the surface leads at a node");
-    visit("max_isolation", max_isolation, "", "spacing about a landmark over the typical one");
-    visit("max_off", max_off, "", "height off the neighbours' median, over their deviation");
-    visit("support_spacings", support_spacings, "", "to a landmark; beyond, gaps are filled");
-    visit("margin_spacings", margin_spacings, "", "of the surface beyond the last landmarks");
+    visit("step_over_spacing", step_over_spacing, "", "step of the grid over that of landmarks",
+          Above(0, 100));
+    visit("max_nodes", max_nodes, "", "of the grid; its step grows where there would be more",
+          Between(100, 1e8));
+    visit("min_landmarks", min_landmarks, "", "fewer make no surface", Between(3, 1e6));
+    visit("neighbours", neighbours, "", "landmarks that tell whether one of them is an outlier",
+          Between(3, 1000));
+    visit("support", support, "", "landmarks through which the surface leads at a node",
+          Between(3, 1000));
+    visit("max_isolation", max_isolation, "", "spacing about a landmark over the typical one",
+          Above(0, 1e6));
+    visit("max_off", max_off, "", "height off the neighbours' median, over their deviation",
+          Above(0, 1e6));
+    visit("support_spacings", support_spacings, "", "to a landmark; beyond, gaps are filled",
+          Above(0, 1e6));
+    visit("margin_spacings", margin_spacings, "", "of the surface beyond the last landmarks",
+          Between(0, 1e6));
   }
 };
 

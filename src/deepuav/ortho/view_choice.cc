@@ -6,7 +6,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -138,14 +138,7 @@ class Chooser {
 
 }  // namespace
 
-void ViewChoiceOptions::Check() const {
-  CheckRange("border", border, 0, 0.4);
-  CheckRange("max_angle_deg", max_angle_deg, 1, 89);
-  CheckRange("centre_weight", centre_weight, 0, 1e6);
-  CheckRange("angle_weight", angle_weight, 0, 1e6);
-  CheckRange("coarse_weight", coarse_weight, 0, 1e6);
-  CheckRange("hidden_cost", hidden_cost, 0, 1e6);
-}
+void ViewChoiceOptions::Check() const { CheckOptions("", *this); }
 
 ViewChoice ChooseViews(const OrthoScene& scene, const Surface& surface, double gsd,
                        const ViewChoiceOptions& options) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/ortho/ortho_view.h"
 #include "deepuav/ortho/surface.h"
 
@@ -20,12 +21,18 @@ struct ViewChoiceOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("border", border, "", "of the image's diagonal that is not used at its edges");
-    visit("max_angle_deg", max_angle_deg, "deg", "from straight down of a ray to the ground");
-    visit("centre_weight", centre_weight, "", "cost of an image's corner against its middle");
-    visit("angle_weight", angle_weight, "", "cost of a ray 45 degrees from straight down");
-    visit("coarse_weight", coarse_weight, "", "cost of a photograph that shows half the detail");
-    visit("hidden_cost", hidden_cost, "", "cost of a place that lies behind the surface");
+    visit("border", border, "", "of the image's diagonal that is not used at its edges",
+          Between(0, 0.4));
+    visit("max_angle_deg", max_angle_deg, "deg", "from straight down of a ray to the ground",
+          Between(1, 89));
+    visit("centre_weight", centre_weight, "", "cost of an image's corner against its middle",
+          Between(0, 1e6));
+    visit("angle_weight", angle_weight, "", "cost of a ray 45 degrees from straight down",
+          Between(0, 1e6));
+    visit("coarse_weight", coarse_weight, "", "cost of a photograph that shows half the detail",
+          Between(0, 1e6));
+    visit("hidden_cost", hidden_cost, "", "cost of a place that lies behind the surface",
+          Between(0, 1e6));
   }
 };
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -268,28 +268,7 @@ class Alignment {
 
 }  // namespace
 
-void PatchOptions::Check() const {
-  CheckOption(max_iterations >= 1 && max_iterations <= 100, "patches.max_iterations",
-              max_iterations, "1 to 100");
-  CheckOption(converged_px > 0 && converged_px < 1, "patches.converged_px", converged_px,
-              "above 0, below 1");
-  CheckOption(max_shift_px > 0 && max_shift_px <= 100, "patches.max_shift_px", max_shift_px,
-              "above 0, at most 100");
-  CheckOption(min_correlation >= 0 && min_correlation < 1, "patches.min_correlation",
-              min_correlation, "0 up to 1");
-  CheckOption(min_contrast_grey > 0 && min_contrast_grey < 128, "patches.min_contrast_grey",
-              min_contrast_grey, "above 0, below 128");
-  CheckOption(prior_sigma_px > 0 && prior_sigma_px <= 100, "patches.prior_sigma_px", prior_sigma_px,
-              "above 0, at most 100");
-  CheckOption(image_noise_grey > 0 && image_noise_grey < 128, "patches.image_noise_grey",
-              image_noise_grey, "above 0, below 128");
-  CheckOption(noise_factor >= 1 && noise_factor <= 100, "patches.noise_factor", noise_factor,
-              "1 to 100");
-  CheckOption(min_sigma_px > 0 && min_sigma_px <= 10, "patches.min_sigma_px", min_sigma_px,
-              "above 0, at most 10");
-  CheckOption(max_scale_change >= 1.42 && max_scale_change <= 4, "patches.max_scale_change",
-              max_scale_change, "1.42 to 4");
-}
+void PatchOptions::Check() const { CheckOptions("patches", *this); }
 
 std::optional<AlignedPatch> AlignPatch(const ImagePyramid& reference,
                                        const Eigen::Vector2d& reference_px,

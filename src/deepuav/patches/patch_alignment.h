@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/image/pyramid.h"
 
@@ -26,21 +27,24 @@ struct PatchOptions {
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "",
           "measure landmarks by patches of the keyframes' images, to a tenth of a pixel");
-    visit("max_iterations", max_iterations, "", "most steps of an alignment");
-    visit("converged_px", converged_px, "px", "length of a step that is the last");
-    visit("max_shift_px", max_shift_px, "px", "distance of an aligned position from the key point");
-    visit("min_correlation", min_correlation, "", "of a patch with its reference");
-    visit("min_contrast_grey", min_contrast_grey, "", "standard deviation of grey in a patch");
+    visit("max_iterations", max_iterations, "", "most steps of an alignment", Between(1, 100));
+    visit("converged_px", converged_px, "px", "length of a step that is the last", Within(0, 1));
+    visit("max_shift_px", max_shift_px, "px", "distance of an aligned position from the key point",
+          Above(0, 100));
+    visit("min_correlation", min_correlation, "", "of a patch with its reference", Below(0, 1));
+    visit("min_contrast_grey", min_contrast_grey, "", "standard deviation of grey in a patch",
+          Within(0, 128));
     visit("prior_sigma_px", prior_sigma_px, "px",
-          "standard deviation of the key point that an alignment starts from");
+          "standard deviation of the key point that an alignment starts from", Above(0, 100));
     visit("image_noise_grey", image_noise_grey, "",
-          "standard deviation of a pixel's grey, at least");
+          "standard deviation of a pixel's grey, at least", Within(0, 128));
     visit("noise_factor", noise_factor, "",
-          "standard deviation of an aligned position over what independent pixel noise would give");
-    visit("min_sigma_px", min_sigma_px, "px",
-          "standard deviation of an aligned position, at least");
+          "standard deviation of an aligned position over what independent pixel noise would give",
+          Between(1, 100));
+    visit("min_sigma_px", min_sigma_px, "px", "standard deviation of an aligned position, at least",
+          Above(0, 10));
     visit("max_scale_change", max_scale_change, "",
-          "magnification beyond which an image is taken at half size");
+          "magnification beyond which an image is taken at half size", Between(1.42, 4));
   }
 };
 

@@ -7,8 +7,7 @@
 #include <set>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/features/dot_kernels.h"
 
 namespace deepuav {
@@ -175,16 +174,11 @@ std::vector<int> ImagesPerWord(const Vocabulary& vocabulary, std::span<const Des
 
 }  // namespace
 
-void VocabularyOptions::Check() const {
-  CheckOption(branching >= 2 && branching <= kMaxBranching, "vocabulary.branching", branching,
-              fmt::format("2 to {}", kMaxBranching));
-  CheckOption(depth >= 1 && depth <= kMaxDepth, "vocabulary.depth", depth,
-              fmt::format("1 to {}", kMaxDepth));
-  CheckRange("vocabulary.iterations", iterations, 1, 1000);
-  CheckOption(cluster_descriptors >= branching, "vocabulary.cluster_descriptors",
-              cluster_descriptors, "at least vocabulary.branching");
-  CheckRange("vocabulary.split_descriptors", split_descriptors, 2, 100'000'000);
-  CheckRange("vocabulary.seed", seed, 0, std::numeric_limits<int>::max());
+void VocabularyOptions::Check() const { CheckOptions("vocabulary", *this); }
+
+void VocabularyOptions::CheckRelations() const {
+  CheckOption(cluster_descriptors >= branching, "cluster_descriptors", cluster_descriptors,
+              "at least vocabulary.branching");
 }
 
 Vocabulary TrainVocabulary(std::span<const Descriptors> images, const VocabularyOptions& options) {

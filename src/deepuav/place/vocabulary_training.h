@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/features/descriptors.h"
 #include "deepuav/place/vocabulary.h"
 
@@ -17,17 +18,22 @@ struct VocabularyOptions {
   int seed = 1;
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("branching", branching, "", "children that a node of the tree is split into");
-    visit("depth", depth, "", "levels of the tree; there are at most branching^depth words");
-    visit("iterations", iterations, "", "rounds of k-means at a node, at most");
+    visit("branching", branching, "", "children that a node of the tree is split into",
+          Between(2, 1000));
+    visit("depth", depth, "", "levels of the tree; there are at most branching^depth words",
+          Between(1, 10));
+    visit("iterations", iterations, "", "rounds of k-means at a node, at most", Between(1, 1000));
     visit("cluster_descriptors", cluster_descriptors, "",
-          "descriptors, evenly taken, from which k-means finds the children of a node");
+          "descriptors, evenly taken, from which k-means finds the children of a node",
+          Between(2, 100'000'000));
     visit("split_descriptors", split_descriptors, "",
-          "a node with fewer descriptors is a word and not split");
-    visit("seed", seed, "", "seed of the first centres of k-means");
+          "a node with fewer descriptors is a word and not split", Between(2, 100'000'000));
+    visit("seed", seed, "", "seed of the first centres of k-means", AnySeed());
   }
 };
 

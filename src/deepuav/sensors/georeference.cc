@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "deepuav/base/median.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/sensors/georeference_hypothesis.h"
 
 namespace deepuav {
@@ -325,14 +325,7 @@ class RobustFit {
 
 }  // namespace
 
-void GeoreferenceOptions::Check() const {
-  CheckRange("sensors.georeference.min_fixes", min_fixes, 3, 1'000'000);
-  CheckPositive("sensors.georeference.outlier_sigmas", outlier_sigmas, 1000);
-  CheckPositive("sensors.georeference.max_scale_sigma", max_scale_sigma, 10);
-  CheckPositive("sensors.georeference.max_turn_sigma_deg", max_turn_sigma_deg, 180);
-  CheckRange("sensors.georeference.level_sigma_deg", level_sigma_deg, 0.001, 180);
-  CheckRange("sensors.georeference.max_gap_s", max_gap_s, 0, 1e6);
-}
+void GeoreferenceOptions::Check() const { CheckOptions("sensors.georeference", *this); }
 
 int Georeference::used() const {
   return static_cast<int>(std::count(outlier.begin(), outlier.end(), 0));

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/sim3.h"
 #include "deepuav/sensors/positions_on_path.h"
 
@@ -23,16 +24,21 @@ struct GeoreferenceOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("min_fixes", min_fixes, "", "fixes on the path without which its place is not told");
+    visit("min_fixes", min_fixes, "", "fixes on the path without which its place is not told",
+          Between(3, 1'000'000));
     visit("outlier_sigmas", outlier_sigmas, "",
-          "distance of an outlier from the path, over the spread of the other fixes");
+          "distance of an outlier from the path, over the spread of the other fixes",
+          Above(0, 1000));
     visit("max_scale_sigma", max_scale_sigma, "",
-          "standard deviation of the scale, as a share, above which the place is not told");
+          "standard deviation of the scale, as a share, above which the place is not told",
+          Above(0, 10));
     visit("max_turn_sigma_deg", max_turn_sigma_deg, "deg",
-          "the same of the orientation, about any axis");
+          "the same of the orientation, about any axis", Above(0, 180));
     visit("level_sigma_deg", level_sigma_deg, "deg",
-          "how level the camera's horizontal axis is taken to be, in the mean of a flight");
-    visit("max_gap_s", max_gap_s, "s", "longest gap of path or fixes that is interpolated");
+          "how level the camera's horizontal axis is taken to be, in the mean of a flight",
+          Between(0.001, 180));
+    visit("max_gap_s", max_gap_s, "s", "longest gap of path or fixes that is interpolated",
+          Between(0, 1e6));
   }
 };
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "deepuav/base/intervals.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {
@@ -65,12 +65,7 @@ PositionOnPath Pair(const TimedPose& camera, const Eigen::Vector3d& velocity, co
 
 }  // namespace
 
-void GnssNoise::Check() const {
-  CheckRange("sensors.gnss.horizontal_sigma_m", horizontal_sigma_m, 0.001, 10'000);
-  CheckRange("sensors.gnss.vertical_sigma_m", vertical_sigma_m, 0.001, 10'000);
-  CheckRange("sensors.gnss.correlation_s", correlation_s, 0, 1e6);
-  CheckRange("sensors.gnss.level_flight_sigma_m", level_flight_sigma_m, 0.001, 10'000);
-}
+void GnssNoise::Check() const { CheckOptions("sensors.gnss", *this); }
 
 std::vector<LocalFix> LocalFixes(const std::vector<GnssFix>& fixes, const GeoPoint& origin,
                                  const GnssNoise& noise) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/geo_point.h"
 #include "deepuav/geometry/timed_pose.h"
 #include "deepuav/sensors/streams.h"
@@ -20,12 +21,12 @@ struct GnssNoise {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("horizontal_sigma_m", horizontal_sigma_m, "m",
-          "standard deviation, east and north, of fixes that state none");
-    visit("vertical_sigma_m", vertical_sigma_m, "m", "the same, up");
+          "standard deviation, east and north, of fixes that state none", Between(0.001, 10'000));
+    visit("vertical_sigma_m", vertical_sigma_m, "m", "the same, up", Between(0.001, 10'000));
     visit("correlation_s", correlation_s, "s",
-          "in which the correlation of a receiver's errors falls to 1/e");
+          "in which the correlation of a receiver's errors falls to 1/e", Between(0, 1e6));
     visit("level_flight_sigma_m", level_flight_sigma_m, "m",
-          "how level a flight is taken to be whose fixes have no altitude");
+          "how level a flight is taken to be whose fixes have no altitude", Between(0.001, 10'000));
   }
 };
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/simulation/sensor_clock.h"
 #include "deepuav/simulation/sensor_noise.h"
 
@@ -17,12 +17,7 @@ constexpr double kExponent = 9.80665 / (287.05287 * kLapseKPerM);
 
 }  // namespace
 
-void BarometerOptions::Check() const {
-  CheckRange("barometer.rate_hz", rate_hz, 0.001, 1000);
-  CheckRange("barometer.noise_m", noise_m, 0, 1000);
-  CheckRange("barometer.drift_m", drift_m, 0, 1000);
-  CheckRange("barometer.drift_correlation_s", drift_correlation_s, 0.001, 1e6);
-}
+void BarometerOptions::Check() const { CheckOptions("barometer", *this); }
 
 double StandardPressurePa(double altitude_m) {
   return kSeaLevelPa * std::pow(1 - kLapseKPerM * altitude_m / kSeaLevelK, kExponent);

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/random.h"
 #include "deepuav/sensors/samples.h"
 #include "deepuav/simulation/flight_path.h"
@@ -18,10 +18,12 @@ struct BarometerOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("rate_hz", rate_hz, "Hz", "samples a second");
-    visit("noise_m", noise_m, "m", "standard deviation of the white error");
-    visit("drift_m", drift_m, "m", "standard deviation of the weather's slow error");
-    visit("drift_correlation_s", drift_correlation_s, "s", "in which its correlation falls to 1/e");
+    visit("rate_hz", rate_hz, "Hz", "samples a second", Between(0.001, 1000));
+    visit("noise_m", noise_m, "m", "standard deviation of the white error", Between(0, 1000));
+    visit("drift_m", drift_m, "m", "standard deviation of the weather's slow error",
+          Between(0, 1000));
+    visit("drift_correlation_s", drift_correlation_s, "s", "in which its correlation falls to 1/e",
+          Between(0.001, 1e6));
   }
 };
 

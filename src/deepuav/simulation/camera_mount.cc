@@ -2,18 +2,11 @@
 
 #include <numbers>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 
-void CameraMountOptions::Check() const {
-  CheckRange("mount.pitch_deg", pitch_deg, -90, 90);
-  CheckRange("mount.pan_deg", pan_deg, -360, 360);
-  constexpr double kLongestArmM = 100;
-  CheckRange("mount.x_m", x_m, -kLongestArmM, kLongestArmM);
-  CheckRange("mount.y_m", y_m, -kLongestArmM, kLongestArmM);
-  CheckRange("mount.z_m", z_m, -kLongestArmM, kLongestArmM);
-}
+void CameraMountOptions::Check() const { CheckOptions("mount", *this); }
 
 SE3 BodyFromCam(const CameraMountOptions& mount) {
   constexpr double kRadiansPerDegree = std::numbers::pi / 180;

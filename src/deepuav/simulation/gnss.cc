@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/simulation/sensor_clock.h"
 #include "deepuav/simulation/sensor_noise.h"
 
@@ -41,24 +41,7 @@ class Dropouts {
 
 }  // namespace
 
-void GnssOptions::Check() const {
-  CheckRange("gnss.rate_hz", rate_hz, 0.001, 1000);
-  CheckRange("gnss.origin_latitude_deg", origin_latitude_deg, -90, 90);
-  CheckRange("gnss.origin_longitude_deg", origin_longitude_deg, -180, 180);
-  CheckRange("gnss.origin_altitude_m", origin_altitude_m, -1000, 20'000);
-  constexpr double kLongestArmM = 100;
-  CheckRange("gnss.lever_x_m", lever_x_m, -kLongestArmM, kLongestArmM);
-  CheckRange("gnss.lever_y_m", lever_y_m, -kLongestArmM, kLongestArmM);
-  CheckRange("gnss.lever_z_m", lever_z_m, -kLongestArmM, kLongestArmM);
-  CheckRange("gnss.clock_offset_s", clock_offset_s, -3600, 3600);
-  CheckRange("gnss.drift_correlation_s", drift_correlation_s, 0.001, 1e6);
-  CheckRange("gnss.horizontal_drift_m", horizontal_drift_m, 0, 10'000);
-  CheckRange("gnss.vertical_drift_m", vertical_drift_m, 0, 10'000);
-  CheckRange("gnss.horizontal_noise_m", horizontal_noise_m, 0, 10'000);
-  CheckRange("gnss.vertical_noise_m", vertical_noise_m, 0, 10'000);
-  CheckRange("gnss.dropouts_per_min", dropouts_per_min, 0, 600);
-  CheckRange("gnss.dropout_s", dropout_s, 0, 3600);
-}
+void GnssOptions::Check() const { CheckOptions("gnss", *this); }
 
 std::vector<GnssFix> SimulateGnss(const FlightPath& path, const GnssOptions& options,
                                   double duration_s, Timestamp start, Random* random) {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/simulation/quadrotor_path.h"
 #include "deepuav/simulation/sensor_clock.h"
 
@@ -16,16 +16,7 @@ Eigen::Vector3d GaussianVector(double sigma, Random* random) {
 
 }  // namespace
 
-void ImuOptions::Check() const {
-  CheckRange("imu.rate_hz", rate_hz, 0.001, 1000);
-  const auto check_sigma = [](double sigma, const char* name) { CheckRange(name, sigma, 0, 100); };
-  check_sigma(gyroscope_noise_density, "imu.gyroscope_noise_density");
-  check_sigma(gyroscope_random_walk, "imu.gyroscope_random_walk");
-  check_sigma(accelerometer_noise_density, "imu.accelerometer_noise_density");
-  check_sigma(accelerometer_random_walk, "imu.accelerometer_random_walk");
-  check_sigma(gyroscope_start_bias_rad_s, "imu.gyroscope_start_bias_rad_s");
-  check_sigma(accelerometer_start_bias_m_s2, "imu.accelerometer_start_bias_m_s2");
-}
+void ImuOptions::Check() const { CheckOptions("imu", *this); }
 
 std::vector<SimulatedImuSample> SimulateImu(const FlightPath& path, const ImuOptions& options,
                                             double duration_s, Timestamp start, Random* random) {

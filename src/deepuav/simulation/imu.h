@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/random.h"
 #include "deepuav/sensors/samples.h"
 #include "deepuav/simulation/flight_path.h"
@@ -23,18 +23,19 @@ struct ImuOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("rate_hz", rate_hz, "Hz", "samples a second");
-    visit("gyroscope_noise_density", gyroscope_noise_density, "rad/s/sqrt(Hz)", "white noise");
+    visit("rate_hz", rate_hz, "Hz", "samples a second", Between(0.001, 1000));
+    visit("gyroscope_noise_density", gyroscope_noise_density, "rad/s/sqrt(Hz)", "white noise",
+          Between(0, 100));
     visit("gyroscope_random_walk", gyroscope_random_walk, "rad/s^2/sqrt(Hz)",
-          "diffusion of the bias");
+          "diffusion of the bias", Between(0, 100));
     visit("accelerometer_noise_density", accelerometer_noise_density, "m/s^2/sqrt(Hz)",
-          "white noise");
+          "white noise", Between(0, 100));
     visit("accelerometer_random_walk", accelerometer_random_walk, "m/s^3/sqrt(Hz)",
-          "diffusion of the bias");
+          "diffusion of the bias", Between(0, 100));
     visit("gyroscope_start_bias_rad_s", gyroscope_start_bias_rad_s, "rad/s",
-          "standard deviation of the bias at the start, an axis");
+          "standard deviation of the bias at the start, an axis", Between(0, 100));
     visit("accelerometer_start_bias_m_s2", accelerometer_start_bias_m_s2, "m/s^2",
-          "standard deviation of the bias at the start, an axis");
+          "standard deviation of the bias at the start, an axis", Between(0, 100));
   }
 };
 

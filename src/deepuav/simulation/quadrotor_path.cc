@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "deepuav/base/error.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -35,9 +35,7 @@ Attitude AttitudeOfThrust(const Eigen::Vector3d& thrust, const Eigen::Vector3d& 
 
 }  // namespace
 
-void AttitudeOptions::Check() const {
-  CheckRange("attitude.rotor_drag_per_s", rotor_drag_per_s, 0, 10);
-}
+void AttitudeOptions::Check() const { CheckOptions("attitude", *this); }
 
 QuadrotorPath::QuadrotorPath(std::vector<MinimumSnapCurve> curves, const AttitudeOptions& attitude,
                              const WindJitter& wind, std::optional<Kidnap> kidnap)

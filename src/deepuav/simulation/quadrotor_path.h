@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/simulation/flight_path.h"
 #include "deepuav/simulation/minimum_snap_curve.h"
 #include "deepuav/simulation/wind_jitter.h"
@@ -23,9 +24,9 @@ struct AttitudeOptions {
   void Visit(Visitor&& visit) {
     visit("gimbal", gimbal, "",
           "camera and sensors on a level platform, not on the tilting airframe");
-    visit(
-        "rotor_drag_per_s", rotor_drag_per_s, "1/s",
-        "drag per speed and mass (Faessler et al. 2018), by which the airframe leans into flight");
+    visit("rotor_drag_per_s", rotor_drag_per_s, "1/s",
+          "drag per speed and mass (Faessler et al. 2018), by which the airframe leans into flight",
+          Between(0, 10));
   }
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
+
 namespace deepuav {
 
 /// The camera's effects on the picture.
@@ -22,30 +24,38 @@ struct SensorOptions {
   double blind_for_s = 0;  ///< ...for so long; 0: never.
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   bool IsBlindAt(double time_s) const {
     return time_s >= blind_at_s && time_s < blind_at_s + blind_for_s;
   }
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_exposure_s", max_exposure_s, "s", "auto-exposure lengthens up to this");
-    visit("min_exposure_s", min_exposure_s, "s", "shortest exposure");
+    visit("max_exposure_s", max_exposure_s, "s", "auto-exposure lengthens up to this",
+          Between(1e-7, 1));
+    visit("min_exposure_s", min_exposure_s, "s", "shortest exposure", Between(1e-7, 1));
     visit("sunlit_exposure_s", sunlit_exposure_s, "s",
-          "exposure in which white under a high sun saturates at gain 1");
-    visit("max_gain", max_gain, "", "auto-exposure raises the gain up to this");
-    visit("mean_level", mean_level, "", "mean of the written picture aimed at, 0 to 1");
-    visit("exposure_lag_s", exposure_lag_s, "s", "time constant of auto-exposure, 0 for none");
+          "exposure in which white under a high sun saturates at gain 1", Between(1e-7, 1));
+    visit("max_gain", max_gain, "", "auto-exposure raises the gain up to this", Between(1, 10'000));
+    visit("mean_level", mean_level, "", "mean of the written picture aimed at, of white",
+          Between(0.01, 0.99));
+    visit("exposure_lag_s", exposure_lag_s, "s", "time constant of auto-exposure, 0 for none",
+          Between(0, 1000));
     visit("rolling_shutter_readout_s", rolling_shutter_readout_s, "s",
-          "time from the first row to the last, 0 for a global shutter");
-    visit("samples", samples, "", "rays a pixel, spread over exposure and pixel area");
-    visit("vignetting", vignetting, "", "share of the light lost in the corners");
-    visit("defocus_px", defocus_px, "px", "sigma of the blur by defocus");
-    visit("full_well_electrons", full_well_electrons, "", "electrons at saturation and gain 1");
-    visit("read_noise_electrons", read_noise_electrons, "", "sigma of the read noise");
-    visit("gamma", gamma, "", "written level = light ^ (1 / gamma)");
-    visit("jpeg_quality", jpeg_quality, "", "1 to 100, 0 for no JPEG");
-    visit("blind_at_s", blind_at_s, "s", "moment from which no light comes in");
-    visit("blind_for_s", blind_for_s, "s", "for how long, 0 for never");
+          "time from the first row to the last, 0 for a global shutter", Between(0, 1));
+    visit("samples", samples, "", "rays a pixel, spread over exposure and pixel area",
+          Between(1, 256));
+    visit("vignetting", vignetting, "", "share of the light lost in the corners", Below(0, 1));
+    visit("defocus_px", defocus_px, "px", "sigma of the blur by defocus", Between(0, 50));
+    visit("full_well_electrons", full_well_electrons, "", "electrons at saturation and gain 1",
+          Between(1, 1e9));
+    visit("read_noise_electrons", read_noise_electrons, "", "sigma of the read noise",
+          Between(0, 1e6));
+    visit("gamma", gamma, "", "written level = light ^ (1 / gamma)", Between(0.1, 4));
+    visit("jpeg_quality", jpeg_quality, "", "of the compression, 0 for no JPEG", Between(0, 100));
+    visit("blind_at_s", blind_at_s, "s", "moment from which no light comes in", Between(0, 1e6));
+    visit("blind_for_s", blind_for_s, "s", "for how long, 0 for never", Between(0, 1e6));
   }
 };
 
@@ -64,14 +74,16 @@ struct WeatherOptions {
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("sun_elevation_deg", sun_elevation_deg, "deg", "height of the sun");
-    visit("sun_azimuth_deg", sun_azimuth_deg, "deg", "where the sun stands, from north to east");
-    visit("sun", sun, "", "strength of direct light, 1 for a clear noon");
-    visit("sky", sky, "", "strength of the sky's light");
-    visit("clouds", clouds, "", "share of the sky covered");
-    visit("visibility_m", visibility_m, "m", "distance at which contrast falls to 5 %");
-    visit("rain_mm_h", rain_mm_h, "mm/h", "rain");
-    visit("wind_m_s", wind_m_s, "m/s", "wind that slants the rain");
+    visit("sun_elevation_deg", sun_elevation_deg, "deg", "height of the sun", Above(0, 90));
+    visit("sun_azimuth_deg", sun_azimuth_deg, "deg", "where the sun stands, from north to east",
+          Between(-360, 360));
+    visit("sun", sun, "", "strength of direct light, 1 for a clear noon", Between(0, 100));
+    visit("sky", sky, "", "strength of the sky's light", Between(1e-6, 100));
+    visit("clouds", clouds, "", "share of the sky covered", Between(0, 1));
+    visit("visibility_m", visibility_m, "m", "distance at which contrast falls to 5 %",
+          Between(1, 1e7));
+    visit("rain_mm_h", rain_mm_h, "mm/h", "rain", Between(0, 200));
+    visit("wind_m_s", wind_m_s, "m/s", "wind that slants the rain", Between(-50, 50));
   }
 };
 
@@ -82,6 +94,11 @@ struct RenderOptions {
   int threads = 0;  ///< 0: all cores. The result does not depend on it.
 
   void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("seed", seed, "", "of the noise", AnySeed());
+    visit("threads", threads, "", "0: all cores", Between(0, 1024));
+  }
 };
 
 }  // namespace deepuav

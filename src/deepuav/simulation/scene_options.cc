@@ -2,15 +2,13 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <map>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/base/options.h"
 
 namespace deepuav {
@@ -132,38 +130,12 @@ SceneOptions LoadSceneFile(const std::string& file) {
 
 }  // namespace
 
-void SceneOptions::Check() const {
-  if (kind != "outdoor" && kind != "hall") {
-    throw Error("scene.kind is '{}': expected outdoor or hall", kind);
-  }
-  const auto share = [](const char* name, double value) { CheckRange(name, value, 0, 1); };
-  constexpr double kFarthestM = 8000;
-  CheckRange("scene.seed", seed, 0, std::numeric_limits<int>::max());
-  CheckRange("scene.extent_m", extent_m, 16, kFarthestM);
-  CheckOption(terrain_cell_m > 0 && terrain_cell_m <= extent_m && extent_m / terrain_cell_m <= 4000,
-              "scene.terrain_cell_m", terrain_cell_m,
-              "a positive size, of which 1 to 4000 make the extent");
-  CheckRange("scene.relief_m", relief_m, 0, 2000);
-  CheckRange("scene.relief_length_m", relief_length_m, 1, 100'000);
-  CheckRange("scene.parcel_m", parcel_m, 20, kFarthestM);
-  CheckRange("scene.town_radius_m", town_radius_m, 0, kFarthestM);
-  share("scene.building_fraction", building_fraction);
-  CheckRange("scene.storeys", storeys, 1, 40);
-  share("scene.flat_roof_fraction", flat_roof_fraction);
-  share("scene.tree_fraction", tree_fraction);
-  share("scene.forest_fraction", forest_fraction);
-  share("scene.aridity", aridity);
-  CheckRange("scene.river_width_m", river_width_m, 0, 1000);
-  CheckRange("scene.lake_radius_m", lake_radius_m, 0, kFarthestM);
-  CheckRange("scene.cars_per_km", cars_per_km, 0, 1000);
-  CheckRange("scene.people_per_km", people_per_km, 0, 1000);
-  share("scene.lorry_fraction", lorry_fraction);
-  CheckRange("scene.traffic_speed_factor", traffic_speed_factor, 0, 10);
-  CheckRange("scene.traffic_stop_s", traffic_stop_s, -100'000, 100'000);
-  CheckRange("scene.traffic_stands_s", traffic_stands_s, 0, 100'000);
-  CheckRange("scene.orthophoto_cell_m", orthophoto_cell_m, 0.001, 1000);
-  CheckRange("scene.dem_cell_m", dem_cell_m, 0.001, 1000);
-  CheckRange("scene.dem_unit_m", dem_unit_m, 1e-6, 1000);
+void SceneOptions::Check() const { CheckOptions("scene", *this); }
+
+void SceneOptions::CheckRelations() const {
+  constexpr double kMostCells = 4000;
+  CheckOption(terrain_cell_m <= extent_m && extent_m / terrain_cell_m <= kMostCells,
+              "terrain_cell_m", terrain_cell_m, "a size of which 1 to 4000 make scene.extent_m");
 }
 
 std::vector<std::string> SceneNames() {

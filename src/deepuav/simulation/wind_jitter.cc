@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -16,17 +16,12 @@ constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 
 }  // namespace
 
-void WindOptions::Check() const {
-  CheckRange("wind.jitter_position_m", jitter_position_m, 0, 10);
-  CheckRange("wind.jitter_angle_deg", jitter_angle_deg, 0, 90);
-  CheckRange("wind.jitter_low_hz", jitter_low_hz, 0.001, 1000);
-  CheckRange("wind.jitter_high_hz", jitter_high_hz, 0.001, 1000);
-  CheckOption(jitter_high_hz >= jitter_low_hz, "wind.jitter_high_hz", jitter_high_hz,
+void WindOptions::Check() const { CheckOptions("wind", *this); }
+
+void WindOptions::CheckRelations() const {
+  CheckOption(jitter_high_hz >= jitter_low_hz, "jitter_high_hz", jitter_high_hz,
               "at least wind.jitter_low_hz");
-  CheckRange("wind.gust_position_m", gust_position_m, 0, 100);
-  CheckRange("wind.gust_low_hz", gust_low_hz, 0.001, 1000);
-  CheckRange("wind.gust_high_hz", gust_high_hz, 0.001, 1000);
-  CheckOption(gust_high_hz >= gust_low_hz, "wind.gust_high_hz", gust_high_hz,
+  CheckOption(gust_high_hz >= gust_low_hz, "gust_high_hz", gust_high_hz,
               "at least wind.gust_low_hz");
 }
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/base/random.h"
 
 namespace deepuav {
@@ -19,16 +19,22 @@ struct WindOptions {
   double gust_high_hz = 0.4;
 
   void Check() const;
+  /// Throws OptionError where two options contradict each other.
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("jitter_position_m", jitter_position_m, "m",
-          "standard deviation of fast shaking, an axis");
-    visit("jitter_angle_deg", jitter_angle_deg, "deg", "the same of the attitude, an axis");
-    visit("jitter_low_hz", jitter_low_hz, "Hz", "slowest part of the fast shaking");
-    visit("jitter_high_hz", jitter_high_hz, "Hz", "fastest part of it");
-    visit("gust_position_m", gust_position_m, "m", "standard deviation of slow drifting, an axis");
-    visit("gust_low_hz", gust_low_hz, "Hz", "slowest part of the slow drifting");
-    visit("gust_high_hz", gust_high_hz, "Hz", "fastest part of it");
+          "standard deviation of fast shaking, an axis", Between(0, 10));
+    visit("jitter_angle_deg", jitter_angle_deg, "deg", "the same of the attitude, an axis",
+          Between(0, 90));
+    visit("jitter_low_hz", jitter_low_hz, "Hz", "slowest part of the fast shaking",
+          Between(0.001, 1000));
+    visit("jitter_high_hz", jitter_high_hz, "Hz", "fastest part of it", Between(0.001, 1000));
+    visit("gust_position_m", gust_position_m, "m", "standard deviation of slow drifting, an axis",
+          Between(0, 100));
+    visit("gust_low_hz", gust_low_hz, "Hz", "slowest part of the slow drifting",
+          Between(0.001, 1000));
+    visit("gust_high_hz", gust_high_hz, "Hz", "fastest part of it", Between(0.001, 1000));
   }
 };
 

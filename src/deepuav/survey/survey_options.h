@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/two_view.h"
 
@@ -45,63 +46,86 @@ struct SurveyOptions {
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "",
           "photographs are made a map all at once; else one after the other, as a video");
-    visit("max_photographs", max_photographs, "", "photographs above which they are a video, too");
+    visit("max_photographs", max_photographs, "", "photographs above which they are a video, too",
+          Between(0, 100000));
     visit("sequence_neighbours", sequence_neighbours, "",
-          "photographs before and after that each is matched with");
+          "photographs before and after that each is matched with", Between(0, 1000));
     visit("similar_neighbours", similar_neighbours, "",
-          "photographs that look most like each that it is matched with");
+          "photographs that look most like each that it is matched with", Between(0, 1000));
     visit("overlap_neighbours", overlap_neighbours, "",
-          "photographs that the map says overlap, matched with each before the end");
+          "photographs that the map says overlap, matched with each before the end",
+          Between(0, 1000));
     visit("min_overlap", min_overlap, "",
-          "share of a photograph's points that lie in the view of another to be matched with it");
+          "share of a photograph's points that lie in the view of another to be matched with it",
+          Above(0, 1));
     visit("min_pair_matches", min_pair_matches, "",
-          "matches of a pair that agree with one epipolar geometry, at least");
-    visit("min_pair_ratio", min_pair_ratio, "", "share of a pair's matches that must agree");
+          "matches of a pair that agree with one epipolar geometry, at least", Between(8, 100000));
+    visit("min_pair_ratio", min_pair_ratio, "", "share of a pair's matches that must agree",
+          Between(0, 1));
     visit("pair_error_px", pair_error_px, "px",
-          "distance from the epipolar line of a match that agrees, while the lens is unknown");
+          "distance from the epipolar line of a match that agrees, while the lens is unknown",
+          Above(0, 1000));
     visit("weak_pair_matches", weak_pair_matches, "",
-          "neighbours with fewer matches are matched by the learned matcher, too");
+          "neighbours with fewer matches are matched by the learned matcher, too",
+          Between(0, 1000000));
     visit("trial_views", trial_views, "",
-          "photographs by which a start and its focal length are judged");
-    visit("trial_pairs", trial_pairs, "", "first pairs of photographs that are tried");
+          "photographs by which a start and its focal length are judged", Between(3, 1000));
+    visit("trial_pairs", trial_pairs, "", "first pairs of photographs that are tried",
+          Between(1, 10000));
     visit("focal_lead", focal_lead, "",
-          "support of another focal length over that of the given one to be taken");
+          "support of another focal length over that of the given one to be taken",
+          Between(1, 100));
     visit("min_pose_inliers", min_pose_inliers, "",
-          "points that agree with the pose of a photograph, at least");
-    visit("min_pose_ratio", min_pose_ratio, "", "share of the points matched with it");
-    visit("max_error_px", max_error_px, "px", "reprojection error of an observation that counts");
-    visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a point, at least");
-    visit("min_map_views", min_map_views, "", "photographs of a map, at least");
-    visit("adjust_growth", adjust_growth, "", "growth of the map after which all is adjusted");
-    visit("window_views", window_views, "", "photographs adjusted with a new one in between");
+          "points that agree with the pose of a photograph, at least", Between(6, 100000));
+    visit("min_pose_ratio", min_pose_ratio, "", "share of the points matched with it",
+          Between(0, 1));
+    visit("max_error_px", max_error_px, "px", "reprojection error of an observation that counts",
+          Above(0, 1000));
+    visit("min_parallax_deg", min_parallax_deg, "deg", "parallax of a point, at least",
+          Above(0, 90));
+    visit("min_map_views", min_map_views, "", "photographs of a map, at least", Between(3, 10000));
+    visit("adjust_growth", adjust_growth, "", "growth of the map after which all is adjusted",
+          Above(1, 100));
+    visit("window_views", window_views, "", "photographs adjusted with a new one in between",
+          Between(2, 1000));
     visit("k1_sigma", k1_sigma, "",
-          "standard deviation of the radial distortion k1 about none, before it is refined");
-    visit("k2_sigma", k2_sigma, "", "likewise of k2");
+          "standard deviation of the radial distortion k1 about none, before it is refined",
+          Above(0, 100));
+    visit("k2_sigma", k2_sigma, "", "likewise of k2", Above(0, 100));
     visit(
         "centre_sigma", centre_sigma, "",
         "standard deviation of the principal point about where it is said to be, as a share of the "
-        "focal length");
+        "focal length",
+        Above(0, 1));
     visit("tangential_sigma", tangential_sigma, "",
-          "standard deviation of the tangential distortion about none, before it is refined");
+          "standard deviation of the tangential distortion about none, before it is refined",
+          Above(0, 1));
     visit("readout_sigma_s", readout_sigma_s, "s",
-          "standard deviation of a rolling shutter's readout about none, before it is refined");
+          "standard deviation of a rolling shutter's readout about none, before it is refined",
+          Above(0, 10));
     visit("max_model_sigma_px", max_model_sigma_px, "px",
           "error beyond the noise of patches above which a lens with principal point, tangential "
-          "distortion and readout refined is not the right model either, and not used");
+          "distortion and readout refined is not the right model either, and not used",
+          Between(0, 100));
     visit("max_lens_sigma", max_lens_sigma, "",
           "standard deviation of focal length and principal point, as a share of the former, above "
-          "which the views don't tell them all");
+          "which the views don't tell them all",
+          Above(0, 1));
     visit("images_in_memory", images_in_memory, "",
-          "images of photographs that stay in memory; others wait in a temporary file");
+          "images of photographs that stay in memory; others wait in a temporary file",
+          Between(1, 100000));
     visit("contradicting_matches", contradicting_matches, "",
           "matches of two photographs that the map has at different places, for them to contradict "
-          "it");
+          "it",
+          Between(8, 100000));
     visit("contradicting_coverage", contradicting_coverage, "",
-          "share of what both would see over which they must spread for that");
+          "share of what both would see over which they must spread for that", Between(0, 1));
     visit("suspect_coverage", suspect_coverage, "",
           "share below which matches that hold one of the two where it is may be of what merely "
-          "looks alike");
-    visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end");
+          "looks alike",
+          Between(0, 1));
+    visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end",
+          Between(1, 100));
   }
 };
 

@@ -6,10 +6,11 @@
 
 namespace deepuav {
 
-BackEnd::BackEnd(Atlas* atlas, Mapper* mapper, LoopCloser* loop_closer, TurnedDescriber* turned,
-                 int adjustment_delay_keyframes, StageListener* stages)
+BackEnd::BackEnd(Atlas* atlas, Mapper* mapper, PlaceMemory* places, LoopCloser* loop_closer,
+                 TurnedDescriber* turned, int adjustment_delay_keyframes, StageListener* stages)
     : atlas_(atlas),
       mapper_(mapper),
+      places_(places),
       loop_closer_(loop_closer),
       turned_(turned),
       stages_(stages),
@@ -28,9 +29,9 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
     TellOfKeyframe(keyframe, local_map->map);
   });
   if (observer_) observer_->OnMapState(atlas_->At(local_map->map));
-  if (!loop_closer_) return local_map;
+  if (!places_) return local_map;
   atlas_->At(local_map->map).keyframes().ForEach([this](const Keyframe& keyframe) {
-    loop_closer_->Remember(keyframe);
+    places_->Remember(keyframe);
   });
   return local_map;
 }
@@ -101,8 +102,18 @@ LocalMapPtr BackEnd::InsertKeyframe(const KeyframeRequest& request) {
 }
 
 void BackEnd::CloseLoops() {
-  if (!loop_closer_ || !newest_) return;
+  if (!places_ || !newest_) return;
   const Newest newest = *std::exchange(newest_, std::nullopt);
+  const std::optional<MapCorrection> correction = FindLoop(newest);
+  {
+    const StageScope stage(stages_, "remember place");
+    places_->Remember(atlas_->At(newest.map).At(newest.keyframe));
+  }
+  if (correction) Correct(*correction);
+}
+
+std::optional<MapCorrection> BackEnd::FindLoop(const Newest& newest) {
+  if (!loop_closer_) return std::nullopt;
   TurnedDescriptors turned;
   const bool describe = turned_ && newest.frame.image &&
                         loop_closer_->HasDistantKeyframes(*atlas_, newest.map, newest.keyframe);
@@ -111,24 +122,26 @@ void BackEnd::CloseLoops() {
     turned = turned_->Describe(newest.frame.image->image(), *newest.frame.features);
   }
   const std::span<const Descriptors> headings(turned.data(), describe ? turned.size() : 0);
-  const auto correction = loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
-  if (!correction) return;
-  const LoopTie& tie = correction->ties.back();
-  if (correction->merges()) {
-    const auto [older, younger] = std::minmax(correction->map, correction->into);
+  return loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
+}
+
+void BackEnd::Correct(const MapCorrection& correction) {
+  const LoopTie& tie = correction.ties.back();
+  if (correction.merges()) {
+    const auto [older, younger] = std::minmax(correction.map, correction.into);
     Log().info("map {} joins map {}: keyframe {} is at keyframe {}", younger.value, older.value,
                tie.keyframe.value, tie.place.value);
     ++merged_maps_;
   } else {
-    Log().info("loop closed in map {}: keyframe {} is at keyframe {}", correction->map.value,
+    Log().info("loop closed in map {}: keyframe {} is at keyframe {}", correction.map.value,
                tie.keyframe.value, tie.place.value);
     ++closed_loops_;
   }
-  SettleAdjustmentBefore(*correction);
-  mapper_->Apply(*correction);
-  TellOfMap(correction->merges() ? MapChange::kMerged : MapChange::kLoopClosed, correction->map,
-            correction->into);
-  StartAdjustment(correction->into);
+  SettleAdjustmentBefore(correction);
+  mapper_->Apply(correction);
+  TellOfMap(correction.merges() ? MapChange::kMerged : MapChange::kLoopClosed, correction.map,
+            correction.into);
+  StartAdjustment(correction.into);
 }
 
 }  // namespace deepuav

@@ -19,11 +19,12 @@ using LocalMapPtr = std::shared_ptr<const LocalMap>;
 /// it. Thread-compatible.
 class BackEnd {
  public:
-  /// The pointers must outlive it; `loop_closer` may be null, as may `turned` and `stages`.
+  /// The pointers must outlive it. `places`, which is told of every keyframe, may be null, as may
+  /// `loop_closer`, which needs it, `turned` and `stages`.
   /// `adjustment_delay_keyframes`: how many keyframes after a closed loop the map is adjusted as a
   /// whole.
-  BackEnd(Atlas* atlas, Mapper* mapper, LoopCloser* loop_closer, TurnedDescriber* turned,
-          int adjustment_delay_keyframes, StageListener* stages);
+  BackEnd(Atlas* atlas, Mapper* mapper, PlaceMemory* places, LoopCloser* loop_closer,
+          TurnedDescriber* turned, int adjustment_delay_keyframes, StageListener* stages);
 
   /// From now on global adjustments are computed beside the rest and taken over after exactly so
   /// many keyframes, or (`as_soon_as_ready`) with the first keyframe after they are there.
@@ -39,7 +40,8 @@ class BackEnd {
   /// Nothing when the two views do not hold as a map.
   LocalMapPtr StartMap(const InitialMapRequest& request);
   LocalMapPtr InsertKeyframe(const KeyframeRequest& request);
-  /// With the keyframe inserted last; corrects the map where a loop is closed.
+  /// With the keyframe inserted last, which is remembered from then on; corrects the map where a
+  /// loop is closed.
   void CloseLoops();
 
   /// Gives up a global adjustment that is under way.
@@ -49,6 +51,14 @@ class BackEnd {
   int merged_maps() const { return merged_maps_; }
 
  private:
+  struct Newest {
+    MapId map;
+    KeyframeId keyframe;
+    Frame frame;  ///< With its image.
+  };
+
+  std::optional<MapCorrection> FindLoop(const Newest& newest);
+  void Correct(const MapCorrection& correction);
   void StartAdjustment(MapId map);
   void FinishAdjustment();
   void ApplyAdjustment();
@@ -58,14 +68,10 @@ class BackEnd {
 
   Atlas* atlas_;
   Mapper* mapper_;
+  PlaceMemory* places_;
   LoopCloser* loop_closer_;
   TurnedDescriber* turned_;
   StageListener* stages_;
-  struct Newest {
-    MapId map;
-    KeyframeId keyframe;
-    Frame frame;  ///< With its image.
-  };
   std::optional<Newest> newest_;
   const int adjustment_delay_keyframes_;
   bool adjust_beside_ = false, adjust_as_soon_as_ready_ = false;

@@ -39,9 +39,10 @@ class BackEndTest : public testing::Test {
     place_ = made_.Add(made_.AddMap(), FlightAlongStrip(0, 8));
     flight_ = made_.Add(made_.AddMap(), FlightAlongStrip(1, 3, 0.5, 1), map_from_world_);
     vocabulary_.emplace(VocabularyOf(made_.views));
-    closer_.emplace(world_.camera(), LoopingOptions{}, LocatorOptions{}, &*vocabulary_,
+    places_.emplace(&*vocabulary_, RecogniserOptions{});
+    closer_.emplace(world_.camera(), LoopingOptions{}, LocatorOptions{}, &*places_,
                     PlaceMatchers{&matcher_}, nullptr);
-    for (KeyframeId id : place_.keyframes) closer_->Remember(made_.atlas.At(place_.map).At(id));
+    for (KeyframeId id : place_.keyframes) places_->Remember(made_.atlas.At(place_.map).At(id));
   }
 
   /// For a frame at `x`, as tracked against the flight's last keyframe.
@@ -63,7 +64,9 @@ class BackEndTest : public testing::Test {
     }
     return request;
   }
-  BackEnd MakeBackEnd() { return BackEnd(&made_.atlas, &mapper_, &*closer_, nullptr, 2, nullptr); }
+  BackEnd MakeBackEnd() {
+    return BackEnd(&made_.atlas, &mapper_, &*places_, &*closer_, nullptr, 2, nullptr);
+  }
 
   const FeatureWorld world_ = StripOfGround(1, 1000);
   SyntheticVisits made_{world_, 2};
@@ -72,6 +75,7 @@ class BackEndTest : public testing::Test {
   FailingMatcher matcher_;
   Mapper mapper_{world_.camera(), {}, &made_.atlas, nullptr};
   std::optional<Vocabulary> vocabulary_;
+  std::optional<PlaceMemory> places_;
   std::optional<LoopCloser> closer_;
 };
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/system/frame_path.h"
 
 namespace deepuav {
@@ -39,21 +39,9 @@ double Contradiction(const Georeference& by_fixes, const MetricPrior& known) {
 
 }  // namespace
 
-void BarometerNoise::Check() const {
-  CheckRange("sensors.barometer.sigma_m", sigma_m, 0.001, 10'000);
-  CheckRange("sensors.barometer.drift_m_sqrt_s", drift_m_sqrt_s, 0, 10'000);
-  CheckRange("sensors.barometer.step_s", step_s, 0.001, 1e6);
-  CheckRange("sensors.barometer.window_s", window_s, 0, 1e6);
-}
+void BarometerNoise::Check() const { CheckOptions("sensors.barometer", *this); }
 
-void SensorUseOptions::Check() const {
-  // The epochs of GPS and of Unix are 3.2e8 s apart.
-  CheckRange("sensors.gnss_clock_offset_s", gnss_clock_offset_s, -4e8, 4e8);
-  gnss.Check();
-  barometer.Check();
-  georeference.Check();
-  imu.Check();
-}
+void SensorUseOptions::Check() const { CheckOptions("sensors", *this); }
 
 Georeferencing::Georeferencing(const SensorStreams& streams, const SensorUseOptions& options,
                                MetricPriors priors, Mapper* mapper, Atlas* atlas)

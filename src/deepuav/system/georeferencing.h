@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/inertial/inertial_options.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/mapping/mapper.h"
@@ -25,10 +26,13 @@ struct BarometerNoise {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("sigma_m", sigma_m, "m", "standard deviation of the white error");
-    visit("drift_m_sqrt_s", drift_m_sqrt_s, "m/sqrt(s)", "random walk of the zero");
-    visit("step_s", step_s, "s", "least time between two keyframes whose heights are compared");
-    visit("window_s", window_s, "s", "about a keyframe, of the samples that are averaged");
+    visit("sigma_m", sigma_m, "m", "standard deviation of the white error", Between(0.001, 10'000));
+    visit("drift_m_sqrt_s", drift_m_sqrt_s, "m/sqrt(s)", "random walk of the zero",
+          Between(0, 10'000));
+    visit("step_s", step_s, "s", "least time between two keyframes whose heights are compared",
+          Between(0.001, 1e6));
+    visit("window_s", window_s, "s", "about a keyframe, of the samples that are averaged",
+          Between(0, 1e6));
   }
 };
 
@@ -44,9 +48,14 @@ struct SensorUseOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("gnss_clock_offset_s", gnss_clock_offset_s, "s",
-          "added to the times of the fixes, or where the search for it begins");
+          "added to the times of the fixes, or where the search for it begins",
+          Between(-4e8, 4e8));  // The epochs of GPS and of Unix are 3.2e8 s apart.
     visit("search_gnss_clock", search_gnss_clock, "",
           "search the clock offset where the receiver has a clock of its own");
+    visit.Part("gnss", gnss);
+    visit.Part("barometer", barometer);
+    visit.Part("georeference", georeference);
+    visit.Part("imu", imu);
   }
 };
 

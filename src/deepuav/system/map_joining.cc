@@ -16,12 +16,13 @@ JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
   const PlaceMatchers matchers = perception.quick_matcher
                                      ? PlaceMatchers{perception.quick_matcher, perception.matcher}
                                      : PlaceMatchers{perception.matcher};
-  LoopCloser loop_closer(camera, options.looping, options.tracking.locator, perception.vocabulary,
-                         matchers, nullptr);
+  PlaceMemory places(perception.vocabulary, options.looping.recogniser);
+  LoopCloser loop_closer(camera, options.looping, options.tracking.locator, &places, matchers,
+                         nullptr);
   for (MapId map : atlas->Remaining()) {
     if (std::find(newer.begin(), newer.end(), map) != newer.end()) continue;
     for (KeyframeId keyframe : AllKeyframes(atlas->At(map)))
-      loop_closer.Remember(atlas->At(map).At(keyframe));
+      places.Remember(atlas->At(map).At(keyframe));
   }
   JoiningReport report;
   std::set<MapId> changed;
@@ -29,6 +30,7 @@ JoiningReport JoinMaps(const Camera& camera, const SystemOptions& options,
     for (KeyframeId keyframe : AllKeyframes(atlas->At(map))) {
       if (!atlas->At(map).Contains(keyframe)) continue;
       const auto correction = loop_closer.Process(*atlas, atlas->At(map).id(), keyframe, {});
+      places.Remember(atlas->At(map).At(keyframe));
       if (!correction) continue;
       Log().info("keyframe {} of map {} is at keyframe {} of map {}",
                  correction->ties.back().keyframe.value, correction->map.value,

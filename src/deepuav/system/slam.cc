@@ -49,10 +49,11 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       matcher_(perception.matcher),
       mapper_(camera, options_.mapping, &atlas_, &clock_,
               perception.matcher_is_learned ? &matcher_ : nullptr),
-      back_end_(&atlas_, &mapper_, MakeLoopCloser(), perception.turned,
-                options.adjustment_delay_keyframes, &clock_),
+      places_(MakePlaces()),
+      back_end_(&atlas_, &mapper_, places_ ? &*places_ : nullptr, MakeLoopCloser(),
+                perception.turned, options.adjustment_delay_keyframes, &clock_),
       tracker_(camera, TrackingIn(options_), &matcher_, &clock_),
-      relocaliser_(camera, options_.looping.relocaliser, options_.tracking.locator,
+      relocaliser_(camera, options_.tracking.relocaliser, options_.tracking.locator,
                    MatchersOfPlaces(), &clock_) {
   options_.Check();
   clock_.RememberLatest(static_cast<size_t>(options_.max_records));
@@ -64,22 +65,27 @@ PlaceMatchers Slam::MatchersOfPlaces() {
   return {&*quick_matcher_, &matcher_};
 }
 
+std::optional<PlaceMemory> Slam::MakePlaces() const {
+  if (!perception_.vocabulary) return std::nullopt;
+  return PlaceMemory(perception_.vocabulary, options_.looping.recogniser);
+}
+
 LoopCloser* Slam::MakeLoopCloser() {
-  if (!perception_.vocabulary || !options_.looping.enabled) return nullptr;
+  if (!places_ || !options_.looping.enabled) return nullptr;
   // A loop that the quick matcher misses is there for the next keyframe, too; every keyframe asks.
   const PlaceMatchers matchers{MatchersOfPlaces().quick};
-  return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator,
-                               perception_.vocabulary, matchers, &clock_);
+  return &loop_closer_.emplace(camera_, options_.looping, options_.tracking.locator, &*places_,
+                               matchers, &clock_);
 }
 
 void Slam::Load(Atlas atlas) {
   atlas_ = std::move(atlas);
   first_new_keyframe_.value = atlas_.ids().keyframes;
   mapper_.Resume();
-  if (!loop_closer_) return;
+  if (!places_) return;
   for (MapId map : atlas_.Remaining()) {
     atlas_.At(map).keyframes().ForEach(
-        [this](const Keyframe& keyframe) { loop_closer_->Remember(keyframe); });
+        [this](const Keyframe& keyframe) { places_->Remember(keyframe); });
   }
 }
 
@@ -206,7 +212,7 @@ bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
 }
 
 std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* mapping) {
-  if (!loop_closer_ || frame.features->size() < options_.looping.relocaliser.min_inliers)
+  if (!places_ || frame.features->size() < options_.tracking.relocaliser.min_inliers)
     return std::nullopt;
   const StageScope stage(&clock_, "relocalise");
   if (keyframe_under_way_) tracker_.UseLocalMap(mapping->Collect());
@@ -236,7 +242,7 @@ std::optional<TrackingResult> Slam::RelocaliseUnder(const Frame& frame,
                                                     std::span<const Descriptors> turned) {
   std::vector<LocalMapPtr> surroundings;
   std::vector<int> headings;
-  for (const PlaceCandidate& place : loop_closer_->PlacesLike(atlas_, *frame.features, turned)) {
+  for (const PlaceCandidate& place : places_->PlacesLike(atlas_, *frame.features, turned)) {
     surroundings.push_back(
         MakeLocalMap(atlas_.At(place.map), place.keyframe, options_.mapping.local_map));
     headings.push_back(place.view);

@@ -73,36 +73,43 @@ struct SystemOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("map_delay_frames", map_delay_frames, "",
-          "frames after a keyframe from which its local map is used");
-    visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker");
+          "frames after a keyframe from which its local map is used", Between(1, 1000));
+    visit("frames_ahead", frames_ahead, "", "frames that may wait for the Tracker",
+          Between(1, 100));
     visit("min_neighbour_share", min_neighbour_share, "",
           "landmarks seen over those of a neighbouring frame, below which a frame is located again "
-          "at the end");
+          "at the end",
+          Between(0, 1));
     visit("max_unlocated_frames", max_unlocated_frames, "",
-          "frames without a sure pose that are kept to locate at the end");
+          "frames without a sure pose that are kept to locate at the end", Between(0, 1'000'000));
     visit("full_record_frames", full_record_frames, "",
-          "latest frames of which all landmarks seen are kept to refine their poses at the end");
-    visit("old_record_landmarks", old_record_landmarks, "", "of these, kept of an earlier frame");
+          "latest frames of which all landmarks seen are kept to refine their poses at the end",
+          Between(0, 100'000'000));
+    visit("old_record_landmarks", old_record_landmarks, "", "of these, kept of an earlier frame",
+          Between(0, 1'000'000));
     visit(
         "max_records", max_records, "",
         "frames remembered at most, beyond which every second one of the older half is forgotten; "
-        "0: all are remembered");
+        "0: all are remembered",
+        Between(0, 100'000'000));
     visit("adjustment_delay_keyframes", adjustment_delay_keyframes, "",
-          "keyframes after a closed loop until the whole map is adjusted");
+          "keyframes after a closed loop until the whole map is adjusted", Between(1, 1'000'000));
     visit("adjust_at_end", adjust_at_end, "", "global bundle adjustment at the end");
     visit("localise_only", localise_only, "",
           "find frames in the loaded maps and leave these as they are");
     visit("refine_focal", refine_focal, "",
           "refine the focal length in it: for calibrations that are a guess");
     visit("end_reference_tries", end_reference_tries, "",
-          "keyframes matched without prediction to locate a frame at the end");
+          "keyframes matched without prediction to locate a frame at the end", Between(1, 100));
     visit("max_gap_frames", max_gap_frames, "",
-          "frames without a pose in a row that are tried at the end");
+          "frames without a pose in a row that are tried at the end", Between(0, 1'000'000));
     visit("turned_interval_s", turned_interval_s, "s",
           "between two times that a lost camera is looked for under other headings, which costs "
-          "three runs of the network");
+          "three runs of the network",
+          Between(0, 1e6));
     visit("finish_stopped_s", finish_stopped_s, "s",
-          "time for the last adjustment and for locating frames after a run was stopped");
+          "time for the last adjustment and for locating frames after a run was stopped",
+          Between(0, 3600));
   }
 };
 
@@ -194,6 +201,7 @@ class Slam {
   /// Whether it is time to look for a lost camera under other headings again.
   bool TurnsAt(Timestamp time);
   PlaceMatchers MatchersOfPlaces();
+  std::optional<PlaceMemory> MakePlaces() const;
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
@@ -222,6 +230,7 @@ class Slam {
   StageClock clock_;
   Atlas atlas_;
   Mapper mapper_;
+  std::optional<PlaceMemory> places_;  ///< Nothing without a vocabulary.
   std::optional<LoopCloser> loop_closer_;
   BackEnd back_end_;
   Tracker tracker_;

@@ -28,11 +28,12 @@ struct Outcome {
 };
 
 Outcome Fly(const SyntheticFlight& flight, const Vocabulary* vocabulary,
-            Schedule schedule = Schedule::kSequential, Matcher* quick_matcher = nullptr) {
+            Schedule schedule = Schedule::kSequential, Matcher* quick_matcher = nullptr,
+            const SystemOptions& options = {}) {
   PreparedFeatures extractor(flight.features);
   NearestNeighbourMatcher matcher({});
   NumberedImages images(flight.size(), flight.frame_interval_s);
-  Slam slam(flight.camera, {}, {&extractor, &matcher, vocabulary, nullptr, quick_matcher});
+  Slam slam(flight.camera, options, {&extractor, &matcher, vocabulary, nullptr, quick_matcher});
   SlamResult result = slam.Run(&images, schedule);
   EXPECT_EQ(result.failure, "");
   return {std::move(result), slam.atlas().Remaining()};
@@ -93,6 +94,39 @@ TEST(SlamPlaces, IsFoundAgainAfterAJumpInItsMap) {
   ASSERT_EQ(run.maps.size(), 1u);
   EXPECT_EQ(LocatedIn(run, run.maps[0]), flight.size());
   EXPECT_LT(PathError(run, flight, run.maps[0]), 0.02);
+}
+
+TEST(SlamPlaces, IsFoundAgainWhereNoLoopIsClosed) {
+  const FeatureWorld world = Court(2);
+  SyntheticFlight flight = MakeFlight(world, Walk(0, kLap + 60), kNoise, 3);
+  Append(MakeFlight(world, Walk(0.4, 20), kNoise, 4), &flight);
+  flight.camera.pinhole.fx *= 1.04;  // without drift there is no loop to close
+  flight.camera.pinhole.fy *= 1.04;
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  SystemOptions no_loops;
+  no_loops.looping.enabled = false;
+  const Outcome with = Fly(flight, &vocabulary);
+  const Outcome without = Fly(flight, &vocabulary, Schedule::kSequential, nullptr, no_loops);
+  EXPECT_GE(with.result.closed_loops, 1);
+  EXPECT_EQ(without.result.closed_loops, 0);
+  EXPECT_GE(without.result.relocalisations, 1);
+  EXPECT_EQ(without.maps.size(), 1u);
+}
+
+TEST(SlamPlaces, LostFramesAreFoundByOptionsOfTheirOwn) {
+  const FeatureWorld world = Court(2);
+  SyntheticFlight flight = MakeFlight(world, Walk(0, 100), kNoise, 3);
+  Append(MakeFlight(world, Walk(0.1, 60), kNoise, 4), &flight);
+  const Vocabulary vocabulary = VocabularyOf(flight);
+  constexpr int kMoreThanThereAre = 10'000;
+  SystemOptions verifying, tracking;
+  verifying.looping.relocaliser.min_inliers = kMoreThanThereAre;
+  tracking.tracking.relocaliser.min_inliers = kMoreThanThereAre;
+  const auto found = [&](const SystemOptions& options) {
+    return Fly(flight, &vocabulary, Schedule::kSequential, nullptr, options).result.relocalisations;
+  };
+  EXPECT_GE(found(verifying), 1);
+  EXPECT_EQ(found(tracking), 0);
 }
 
 class BlindMatcher : public Matcher {

@@ -9,90 +9,12 @@
 #include <utility>
 
 #include "deepuav/base/error.h"
-#include "deepuav/estimation/bundle_camera.h"
 #include "deepuav/matching/matcher.h"
-#include "deepuav/matching/nearest_neighbour.h"
+#include "deepuav/system/testing/slam_runs.h"
 #include "support/options_with.h"
-#include "support/path_error.h"
-#include "support/synthetic_flight.h"
 
 namespace deepuav {
 namespace {
-
-constexpr FeatureNoise kNoise{0.4, 0.3, 0, 20};
-
-FeatureWorld BoxWorld(uint64_t seed = 1) {
-  Random random(seed);
-  SyntheticWorld geometry;
-  geometry.landmarks_world = LandmarksInBox(900, {-10, -6, 7}, {24, 6, 18}, &random);
-  return FeatureWorld(geometry, seed + 1);
-}
-
-/// Sideways along the box, weaving.
-std::vector<SE3> WeavingPath(int count) {
-  std::vector<SE3> path;
-  for (int i = 0; i < count; ++i) {
-    const double x = 0.15 * i;
-    path.push_back(SE3(RotationExp({0.02 * std::sin(0.4 * x), 0.05 * std::sin(0.3 * x), 0}),
-                       Eigen::Vector3d(-x, 0.3 * std::sin(0.5 * x), 0.3 * std::cos(0.4 * x))));
-  }
-  return path;
-}
-
-/// A run and the system it left.
-struct Outcome {
-  std::unique_ptr<Slam> slam;
-  SlamResult result;
-};
-
-Outcome Fly(const SyntheticFlight& flight, Schedule schedule = Schedule::kSequential,
-            const SystemOptions& options = {}, const Slam::Progress& progress = nullptr,
-            const std::function<bool()>& stop = nullptr, int throws_at = -1) {
-  PreparedFeatures extractor(flight.features);
-  NearestNeighbourMatcher matcher({});
-  NumberedImages images(flight.size(), flight.frame_interval_s, throws_at);
-  Outcome run;
-  run.slam = std::make_unique<Slam>(flight.camera, options, Perception{&extractor, &matcher});
-  run.result = run.slam->Run(&images, schedule, progress, stop);
-  return run;
-}
-
-int Located(const SlamResult& result) {
-  int located = 0;
-  for (const FrameRecord& record : result.frames) located += record.located();
-  return located;
-}
-
-/// Of the frames in one map, after alignment with the truth; metres of the world.
-double PathError(const SlamResult& result, const SyntheticFlight& flight, MapId map = {0}) {
-  std::vector<Eigen::Vector3d> estimate, truth;
-  for (const FrameRecord& record : result.frames) {
-    if (!record.located() || record.map != map) continue;
-    estimate.push_back(record.cam_from_world.InverseTranslation());
-    truth.push_back(
-        flight.cam_from_world[static_cast<size_t>(record.id.value)].InverseTranslation());
-  }
-  return RmseAfterAlignment(estimate, truth);
-}
-
-/// All bits of what a run found.
-std::string Bytes(const SlamResult& result) {
-  std::string bytes;
-  const auto add = [&bytes](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-  };
-  for (const FrameRecord& record : result.frames) {
-    add(record.id.value);
-    add(record.map.value);
-    add(record.pose.keyframe.value);
-    add(record.state);
-    for (int i = 0; i < 4; ++i) add(record.cam_from_world.rotation().coeffs()[i]);
-    for (int i = 0; i < 3; ++i) add(record.cam_from_world.translation()[i]);
-    add(record.seen.size());
-    bytes += record.reason;
-  }
-  return bytes;
-}
 
 TEST(Slam, FollowsAFlightFromTheFirstFrameToTheLast) {
   const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3);
@@ -225,104 +147,6 @@ TEST(Slam, ALearnedMatcherServesTrackingAndMappingFromTheirThreads) {
   EXPECT_GT(asked, fly(Schedule::kSequential, false).second + 10) << "between keyframes, too";
 }
 
-TEST(Slam, KeepsTheResultUntilTheSourceFailed) {
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 5);
-  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded}) {
-    const Outcome run = Fly(flight, schedule, {}, nullptr, nullptr, 45);
-    EXPECT_EQ(run.result.failure, "the disk is gone");
-    ASSERT_EQ(run.result.frames.size(), 45u);
-    EXPECT_EQ(Located(run.result), 45);
-    EXPECT_LT(PathError(run.result, flight), 0.05);
-  }
-  const Outcome nothing = Fly(flight, Schedule::kThreaded, {}, nullptr, nullptr, 0);
-  EXPECT_EQ(nothing.result.failure, "the disk is gone");
-  EXPECT_TRUE(nothing.result.frames.empty());
-}
-
-TEST(Slam, OfNoImagesIsAnEmptyResult) {
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), {}, kNoise, 5);
-  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded, Schedule::kLive}) {
-    const Outcome run = Fly(flight, schedule);
-    EXPECT_EQ(run.result.failure, "");
-    EXPECT_TRUE(run.result.frames.empty());
-  }
-}
-
-TEST(Slam, StopsWhenAskedAndTellsItsProgress) {
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 6);
-  for (const Schedule schedule : {Schedule::kSequential, Schedule::kThreaded}) {
-    int64_t told = 0;
-    const Outcome run = Fly(
-        flight, schedule, {},
-        [&told](const FrameRecord& record) { EXPECT_EQ(record.id.value, told++); },
-        [&told] { return told == 40; });
-    EXPECT_TRUE(run.result.stopped);
-    EXPECT_EQ(run.result.frames.size(), 40u);
-    EXPECT_EQ(told, 40);
-    EXPECT_EQ(Located(run.result), 40);
-  }
-}
-
-TEST(Slam, FinishesAStoppedRunInTheTimeThatItHas) {
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 6);
-  const auto located_within = [&flight](double finish_stopped_s) {
-    SystemOptions options;
-    options.finish_stopped_s = finish_stopped_s;
-    int64_t told = 0;
-    const Outcome run = Fly(
-        flight, Schedule::kSequential, options, [&told](const FrameRecord&) { ++told; },
-        [&told] { return told == 40; });
-    EXPECT_EQ(run.result.failure, "");
-    return Located(run.result);
-  };
-  EXPECT_EQ(located_within(1000), 40);
-  const int online = located_within(0);
-  EXPECT_LT(online, 40) << "those before the map began";
-  EXPECT_GT(online, 20);
-}
-
-TEST(Slam, CanBeStoppedWhileItFinishes) {
-  constexpr int kFrames = 40;
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(kFrames), kNoise, 6);
-  SystemOptions options;
-  options.finish_stopped_s = 0;
-  int64_t told = 0;
-  int asked_at_the_end = 0;
-  const Outcome run = Fly(
-      flight, Schedule::kSequential, options, [&told](const FrameRecord&) { ++told; },
-      [&] { return told == kFrames && ++asked_at_the_end > 1; });  // once more by the frames' loop
-  EXPECT_EQ(run.result.failure, "");
-  EXPECT_EQ(run.result.frames.size(), static_cast<size_t>(kFrames));
-  EXPECT_TRUE(run.result.stopped);
-  EXPECT_LT(Located(run.result), kFrames) << "those before the map began";
-}
-
-TEST(Slam, LiveSkipsAndCountsWhatComesTooFast) {
-  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 7);
-  flight.frame_interval_s = 0.001;
-  std::set<int64_t> given;
-  const Outcome run = Fly(flight, Schedule::kLive, {}, [&given](const FrameRecord& record) {
-    given.insert(record.id.value);
-    const Stopwatch busy;
-    while (busy.Seconds() < 0.01) {
-    }
-  });
-  EXPECT_EQ(run.result.failure, "");
-  EXPECT_GT(run.result.skipped_late, 10);
-  EXPECT_EQ(given.size() + static_cast<size_t>(run.result.skipped_late), 100u);
-  EXPECT_EQ(run.result.frames.size(), given.size());
-}
-
-TEST(Slam, AFailedLiveRunDoesNotWaitForTheNextImage) {
-  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(3), kNoise, 7);
-  flight.frame_interval_s = 60;
-  const Stopwatch watch;
-  const Outcome run = Fly(flight, Schedule::kLive, {},
-                          [](const FrameRecord&) { throw Error("no room on the screen"); });
-  EXPECT_EQ(run.result.failure, "no room on the screen");
-  EXPECT_LT(watch.Seconds(), 30);
-}
-
 TEST(Slam, LocatesNothingAtTheEndWhereNoGapMayBeBridged) {
   const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 7);
   SystemOptions options;
@@ -380,74 +204,6 @@ TEST(Slam, StandsWrongMatchesAndNoise) {
   }
 }
 
-TEST(Slam, AWrongFocalLengthStillTracksOrSaysWhy) {
-  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 12);
-  for (const double factor : {0.95, 1.05}) {
-    flight.camera.pinhole.fx = flight.camera.pinhole.fy = factor * 450;
-    const Outcome run = Fly(flight);
-    EXPECT_EQ(run.result.failure, "");
-    ASSERT_EQ(run.result.frames.size(), 60u);
-    for (const FrameRecord& record : run.result.frames) {
-      EXPECT_NE(record.located(), !record.reason.empty()) << record.id.value;
-      if (record.located()) {
-        EXPECT_TRUE(record.cam_from_world.Matrix().allFinite());
-      }
-    }
-    if (Located(run.result) > 30) {
-      EXPECT_LT(PathError(run.result, flight), 0.5);
-    }
-  }
-}
-
-/// As seen through a lens that the calibration does not know of.
-SyntheticFlight Distorted(SyntheticFlight flight, double k1) {
-  const Pinhole& pinhole = flight.camera.pinhole;
-  const BundleCamera lens{pinhole, k1};
-  for (Features& features : flight.features) {
-    for (Keypoint& keypoint : features.keypoints) {
-      keypoint.px = lens.Project(pinhole.Unproject(keypoint.px.cast<double>())).cast<float>();
-      keypoint.image_px = keypoint.px;
-    }
-  }
-  return flight;
-}
-
-TEST(Slam, CorrectsACalibrationWithoutTheLensThatTheImagesHave) {
-  constexpr double kK1 = -0.03;
-  const SyntheticFlight flight =
-      Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), kK1);
-  SystemOptions options;
-  options.mapping.lens.min_keyframes = 5;
-  const Outcome corrected = Fly(flight, Schedule::kSequential, options);
-  options.mapping.lens.enabled = false;
-  const Outcome plain = Fly(flight, Schedule::kSequential, options);
-  EXPECT_FALSE(plain.result.lens);
-  EXPECT_EQ(plain.slam->camera().lens, LensModel::kPinhole);
-  ASSERT_TRUE(corrected.result.lens);
-  const Camera& camera = corrected.slam->camera();
-  ASSERT_EQ(camera.lens, LensModel::kRadialTangential);
-  EXPECT_NEAR(camera.distortion[0], kK1, 0.3 * std::abs(kK1));
-  EXPECT_EQ(Located(corrected.result), 100);
-  EXPECT_LT(PathError(corrected.result, flight), 0.7 * PathError(plain.result, flight));
-  // The map is of the corrected camera, key points and all.
-  corrected.slam->atlas().At({0}).keyframes().ForEach([&](const Keyframe& keyframe) {
-    for (const Keypoint& keypoint : keyframe.features().keypoints) {
-      const auto px = camera.Undistort(keypoint.image_px.cast<double>());
-      ASSERT_TRUE(px);
-      EXPECT_LT((*px - keypoint.px.cast<double>()).norm(), 0.2);
-    }
-  });
-}
-
-TEST(Slam, LeavesACalibrationThatFitsAsItIs) {
-  SystemOptions options;
-  options.mapping.lens.min_keyframes = 5;
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3);
-  const Outcome run = Fly(flight, Schedule::kSequential, options);
-  EXPECT_FALSE(run.result.lens);
-  EXPECT_EQ(run.slam->camera().lens, LensModel::kPinhole);
-}
-
 TEST(Slam, PureRotationNeverStartsAMap) {
   std::vector<SE3> path;
   for (int i = 0; i < 60; ++i)
@@ -460,15 +216,6 @@ TEST(Slam, PureRotationNeverStartsAMap) {
   }
 }
 
-TEST(Slam, ForgetsTheFeaturesOfFramesThatCannotBeLocatedAnyMore) {
-  std::vector<SE3> path(30, SE3());  // hovers: no map
-  const auto options = OptionsWith(&SystemOptions::max_unlocated_frames, 10);
-  const Outcome run = Fly(MakeFlight(BoxWorld(), path, kNoise, 14), Schedule::kSequential, options);
-  int kept = 0;
-  for (const FrameRecord& record : run.result.frames) kept += record.features != nullptr;
-  EXPECT_EQ(kept, 10);
-}
-
 TEST(Slam, SurvivesFramesWithoutKeypoints) {
   SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 15);
   for (size_t i : {0u, 1u, 30u, 31u, 59u}) flight.features[i] = Features{{}, Descriptors(64)};
@@ -476,22 +223,6 @@ TEST(Slam, SurvivesFramesWithoutKeypoints) {
   EXPECT_EQ(run.result.failure, "");
   EXPECT_EQ(Located(run.result), 55);
   EXPECT_EQ(run.result.frames[30].reason, "no pose from 0 key points");
-}
-
-TEST(Slam, KeepsLittleOfFramesLongPast) {
-  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(80), kNoise, 3);
-  SystemOptions options;
-  options.full_record_frames = 10;
-  options.old_record_landmarks = 40;
-  const Outcome run = Fly(flight, Schedule::kSequential, options);
-  ASSERT_EQ(run.result.frames.size(), 80u);
-  EXPECT_EQ(Located(run.result), 80);
-  EXPECT_LT(PathError(run.result, flight), 0.05);
-  for (size_t i = 20; i < 80; ++i) {
-    const FrameRecord& record = run.result.frames[i];
-    EXPECT_GT(record.landmark_count, 40);
-    EXPECT_EQ(record.seen.size(), i < 70 ? 40u : static_cast<size_t>(record.landmark_count)) << i;
-  }
 }
 
 TEST(ParseSchedule, KnowsThreeNames) {

@@ -5,28 +5,11 @@
 #include <fmt/format.h>
 
 #include "deepuav/base/logging.h"
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 
-void InitialiserOptions::Check() const {
-  CheckRange("initialiser.min_keypoints", min_keypoints, 8, 100'000);
-  CheckRange("initialiser.min_matches", min_matches, 8, 100'000);
-  CheckRange("initialiser.max_first_views", max_first_views, 1, 100);
-  CheckRange("initialiser.max_unmatched_frames", max_unmatched_frames, 0, 1'000'000);
-  CheckRange("initialiser.max_pairs", max_pairs, 1, 100);
-  CheckRange("initialiser.max_first_age_frames", max_first_age_frames, 2, 1'000'000);
-  CheckRange("initialiser.max_second_age_frames", max_second_age_frames, 1, 1'000'000);
-  CheckOption(min_confirmed_ratio > 0 && min_confirmed_ratio <= 1,
-              "initialiser.min_confirmed_ratio", min_confirmed_ratio, "above 0, at most 1");
-  CheckRange("initialiser.min_confirmed", min_confirmed, 6, 100'000);
-  CheckRange("initialiser.min_lead", min_lead, 1, 100);
-  CheckRange("initialiser.third_parallax_ratio", third_parallax_ratio, 0, 100);
-  CheckRange("initialiser.max_refutations", max_refutations, 1, 1'000'000);
-  two_view.Check();
-  absolute_pose.Check();
-}
+void InitialiserOptions::Check() const { CheckOptions("initialiser", *this); }
 
 Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& options,
                          Matcher* matcher)

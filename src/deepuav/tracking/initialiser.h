@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/absolute_pose.h"
 #include "deepuav/estimation/three_view.h"
 #include "deepuav/estimation/two_view.h"
@@ -42,25 +43,34 @@ struct InitialiserOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("min_keypoints", min_keypoints, "", "key points of a first view");
-    visit("min_matches", min_matches, "", "matches of a second view to a first");
-    visit("max_first_views", max_first_views, "", "first views that wait for a second at a time");
-    visit("max_pairs", max_pairs, "", "first and second views that wait for a third at a time");
-    visit(
-        "max_unmatched_frames", max_unmatched_frames, "",
-        "frames in a row with too few matches, or too few that agree, that a first view outlasts");
+    visit("min_keypoints", min_keypoints, "", "key points of a first view", Between(8, 100'000));
+    visit("min_matches", min_matches, "", "matches of a second view to a first",
+          Between(8, 100'000));
+    visit("max_first_views", max_first_views, "", "first views that wait for a second at a time",
+          Between(1, 100));
+    visit("max_pairs", max_pairs, "", "first and second views that wait for a third at a time",
+          Between(1, 100));
+    visit("max_unmatched_frames", max_unmatched_frames, "",
+          "frames in a row with too few matches, or too few that agree, that a first view outlasts",
+          Between(0, 1'000'000));
     visit("max_first_age_frames", max_first_age_frames, "",
-          "frames after which a first view that has no second is dropped");
+          "frames after which a first view that has no second is dropped", Between(2, 1'000'000));
     visit("max_second_age_frames", max_second_age_frames, "",
-          "frames within which a third view must confirm, or as many as lie between the first two");
+          "frames within which a third view must confirm, or as many as lie between the first two",
+          Between(1, 1'000'000));
     visit("min_confirmed_ratio", min_confirmed_ratio, "",
-          "share of the matched points that the third view confirms");
-    visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least");
-    visit("max_refutations", max_refutations, "", "views that refute a pair before it is given up");
+          "share of the matched points that the third view confirms", Above(0, 1));
+    visit("min_confirmed", min_confirmed, "", "points that the third view confirms at least",
+          Between(6, 100'000));
+    visit("max_refutations", max_refutations, "", "views that refute a pair before it is given up",
+          Between(1, 1'000'000));
     visit("min_lead", min_lead, "",
-          "mean squared error of the second best solution in three views over that of the best");
+          "mean squared error of the second best solution in three views over that of the best",
+          Between(1, 100));
     visit("third_parallax_ratio", third_parallax_ratio, "",
-          "least baseline of the third view over that of the first two");
+          "least baseline of the third view over that of the first two", Between(0, 100));
+    visit.Part("two_view", two_view);
+    visit.Part("absolute_pose", absolute_pose);
   }
 };
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/geometry/triangulation.h"
 
 namespace deepuav {
@@ -25,13 +24,7 @@ double MeanParallaxDeg(const LocatedFrame& located, const LocalMap& local_map) {
 
 }  // namespace
 
-void KeyframeOptions::Check() const {
-  CheckOption(min_shared_ratio >= 0 && min_shared_ratio <= 1, "keyframes.min_shared_ratio",
-              min_shared_ratio, "0 to 1");
-  CheckRange("keyframes.min_matches", min_matches, 0, 100'000);
-  CheckPositive("keyframes.max_parallax_deg", max_parallax_deg, 180);
-  CheckRange("keyframes.min_gap_frames", min_gap_frames, 1, 1'000'000);
-}
+void KeyframeOptions::Check() const { CheckOptions("keyframes", *this); }
 
 bool NeedsKeyframe(const LocatedFrame& located, const LocalMap& local_map,
                    int frames_since_keyframe, const KeyframeOptions& options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/localisation/frame_locator.h"
 
 namespace deepuav {
@@ -15,11 +16,13 @@ struct KeyframeOptions {
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("min_shared_ratio", min_shared_ratio, "",
-          "share of the reference's landmarks, below which a keyframe is made");
-    visit("min_matches", min_matches, "", "landmarks seen, below which a keyframe is made");
+          "share of the reference's landmarks, below which a keyframe is made", Between(0, 1));
+    visit("min_matches", min_matches, "", "landmarks seen, below which a keyframe is made",
+          Between(0, 100'000));
     visit("max_parallax_deg", max_parallax_deg, "deg",
-          "mean parallax to the reference that makes a keyframe");
-    visit("min_gap_frames", min_gap_frames, "", "frames from one keyframe to the next, at least");
+          "mean parallax to the reference that makes a keyframe", Above(0, 180));
+    visit("min_gap_frames", min_gap_frames, "", "frames from one keyframe to the next, at least",
+          Between(1, 1'000'000));
   }
 };
 

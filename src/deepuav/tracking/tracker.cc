@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -18,10 +17,9 @@ const LocalKeyframe* FindKeyframe(const LocalMap& local_map, KeyframeId id) {
 }  // namespace
 
 void TrackingOptions::Check() const {
-  CheckRange("tracking.max_lost_frames", max_lost_frames, 0, 1'000'000);
-  CheckRange("tracking.max_lost_s", max_lost_s, 0, 1e6);
+  CheckOptions("tracking", *this);
+  locator.patches.Check();
   initialiser.Check();
-  locator.Check();
   keyframes.Check();
 }
 

@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/localisation/frame_locator.h"
+#include "deepuav/localisation/relocaliser.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/tracking/initialiser.h"
 #include "deepuav/tracking/keyframe_decision.h"
@@ -20,14 +22,17 @@ struct TrackingOptions {
   InitialiserOptions initialiser;
   LocatorOptions locator;
   KeyframeOptions keyframes;
+  RelocaliserOptions relocaliser;  ///< Of lost frames, by who finds them.
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("max_lost_frames", max_lost_frames, "",
-          "frames without a pose after which a new map is started");
-    visit("max_lost_s", max_lost_s, "s",
-          "time since the last pose with which a new map is started");
+          "frames without a pose after which a new map is started", Between(0, 1'000'000));
+    visit("max_lost_s", max_lost_s, "s", "time since the last pose with which a new map is started",
+          Between(0, 1e6));
+    visit.Part("", locator);  // initialiser and keyframes have names of their own
+    visit.Part("relocaliser", relocaliser);
   }
 };
 

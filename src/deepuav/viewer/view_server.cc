@@ -6,7 +6,7 @@
 
 #include <thread>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/viewer/server_loop.h"
 
 namespace deepuav {
@@ -20,16 +20,7 @@ void LowerPriority() {
 
 }  // namespace
 
-void ViewServerOptions::Check() const {
-  CheckRange("port", port, 0, 65535);
-  CheckRange("most_connections", most_connections, 1, 10'000);
-  CheckRange("most_viewers", most_viewers, 1, 1'000);
-  CheckRange("most_header_bytes", most_header_bytes, 512, 1'000'000);
-  CheckRange("request_timeout_s", request_timeout_s, 0.01, 3600);
-  CheckRange("write_timeout_s", write_timeout_s, 0.01, 3600);
-  CheckRange("silence_timeout_s", silence_timeout_s, 0.01, 3600);
-  CheckRange("most_messages_per_s", most_messages_per_s, 1, 100'000);
-}
+void ViewServerOptions::Check() const { CheckOptions("", *this); }
 
 class ViewServer::Loop {
  public:

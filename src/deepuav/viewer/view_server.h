@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/viewer/view_model.h"
 
 namespace deepuav {
@@ -21,6 +22,22 @@ struct ViewServerOptions {
 
   /// Throws Error for values that cannot be.
   void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("listen", listen, "", "address of this machine");
+    visit("port", port, "", "0: any that is free", Between(0, 65535));
+    visit("most_connections", most_connections, "", "that have not become viewers",
+          Between(1, 10'000));
+    visit("most_viewers", most_viewers, "", "at a time", Between(1, 1'000));
+    visit("most_header_bytes", most_header_bytes, "", "of a request", Between(512, 1'000'000));
+    visit("request_timeout_s", request_timeout_s, "s", "for a request to be complete",
+          Between(0.01, 3600));
+    visit("write_timeout_s", write_timeout_s, "s", "for a client to take a message",
+          Between(0.01, 3600));
+    visit("silence_timeout_s", silence_timeout_s, "s", "without a sign of life",
+          Between(0.01, 3600));
+    visit("most_messages_per_s", most_messages_per_s, "", "from a client", Between(1, 100'000));
+  }
 };
 
 /// Serves the page on a thread of its own, of low priority. Nothing that clients do or leave undone

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "deepuav/base/option_bounds.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/place/place_index.h"
 #include "deepuav/place/vocabulary.h"
@@ -21,13 +22,15 @@ struct RecogniserOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_hits", max_hits, "", "keyframes that look most like an image, before grouping");
-    visit("min_similarity", min_similarity, "", "of the bags of words of image and keyframe");
+    visit("max_hits", max_hits, "", "keyframes that look most like an image, before grouping",
+          Between(1, 100'000));
+    visit("min_similarity", min_similarity, "", "of the bags of words of image and keyframe",
+          Between(0, 1));
     visit("min_relative_similarity", min_relative_similarity, "",
-          "similarity over that of the best");
+          "similarity over that of the best", Between(0, 1));
     visit("group_keyframes", group_keyframes, "",
-          "covisible keyframes that a better one of them stands for");
-    visit("max_places", max_places, "", "places looked at closer");
+          "covisible keyframes that a better one of them stands for", Between(0, 100'000));
+    visit("max_places", max_places, "", "places looked at closer", Between(1, 1000));
   }
 };
 
@@ -40,13 +43,11 @@ struct PlaceCandidate {
 };
 
 /// Remembers what keyframes look like and finds those that an image resembles, in all maps of an
-/// atlas. Thread-compatible.
-class PlaceRecogniser {
+/// atlas: for lost frames and for loops alike. Thread-compatible.
+class PlaceMemory {
  public:
   /// `vocabulary` must outlive it.
-  PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options);
-
-  const Vocabulary& vocabulary() const { return *vocabulary_; }
+  PlaceMemory(const Vocabulary* vocabulary, const RecogniserOptions& options);
 
   void Remember(const Keyframe& keyframe);
   bool Remembers(KeyframeId keyframe) const { return index_.Contains(keyframe); }
@@ -57,6 +58,10 @@ class PlaceRecogniser {
   /// which `skip` is true, and those no longer in the atlas, are left out.
   std::vector<PlaceCandidate> Recognise(const Atlas& atlas, std::span<const BagOfWords> views,
                                         const std::function<bool(KeyframeId)>& skip = nullptr);
+  /// The same of an image; `turned` are its descriptors under other headings, or none.
+  std::vector<PlaceCandidate> PlacesLike(const Atlas& atlas, const Features& features,
+                                         std::span<const Descriptors> turned,
+                                         const std::function<bool(KeyframeId)>& skip = nullptr);
 
  private:
   void ForgetCulled(const Atlas& atlas);

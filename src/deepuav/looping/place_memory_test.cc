@@ -1,4 +1,4 @@
-#include "deepuav/looping/place_recogniser.h"
+#include "deepuav/looping/place_memory.h"
 
 #include <gtest/gtest.h>
 
@@ -13,16 +13,16 @@ namespace deepuav {
 namespace {
 
 /// Two flights over one strip in two maps.
-class PlaceRecogniserTest : public testing::Test {
+class PlaceMemoryTest : public testing::Test {
  protected:
-  PlaceRecogniserTest() {
+  PlaceMemoryTest() {
     for (MapId map : {made_.AddMap(), made_.AddMap()})
       visits_.push_back(made_.Add(map, FlightAlongStrip(0, 8, 2.0 * double(map.value), 3)));
     vocabulary_.emplace(VocabularyOf(made_.views));
-    recogniser_.emplace(&*vocabulary_, RecogniserOptions{});
+    places_.emplace(&*vocabulary_, RecogniserOptions{});
   }
   void RememberAll(const Visit& visit) {
-    for (KeyframeId id : visit.keyframes) recogniser_->Remember(made_.atlas.At(visit.map).At(id));
+    for (KeyframeId id : visit.keyframes) places_->Remember(made_.atlas.At(visit.map).At(id));
   }
   BagOfWords WordsAt(double x, double y = 1) {
     const SyntheticView view =
@@ -31,21 +31,21 @@ class PlaceRecogniserTest : public testing::Test {
   }
   std::vector<PlaceCandidate> Recognise(const std::vector<BagOfWords>& views,
                                         const std::function<bool(KeyframeId)>& skip = nullptr) {
-    return recogniser_->Recognise(made_.atlas, views, skip);
+    return places_->Recognise(made_.atlas, views, skip);
   }
 
   const FeatureWorld world_ = StripOfGround(1);
   SyntheticVisits made_{world_, 2};
   std::vector<Visit> visits_;
   std::optional<Vocabulary> vocabulary_;
-  std::optional<PlaceRecogniser> recogniser_;
+  std::optional<PlaceMemory> places_;
 };
 
-TEST_F(PlaceRecogniserTest, FindsThePlaceOfEveryImageInItsMap) {
+TEST_F(PlaceMemoryTest, FindsThePlaceOfEveryImageInItsMap) {
   EXPECT_TRUE(Recognise({WordsAt(9)}).empty()) << "nothing is remembered";
   RememberAll(visits_[1]);
-  EXPECT_TRUE(recogniser_->Remembers(visits_[1].keyframes[0]));
-  EXPECT_FALSE(recogniser_->Remembers(visits_[0].keyframes[0]));
+  EXPECT_TRUE(places_->Remembers(visits_[1].keyframes[0]));
+  EXPECT_FALSE(places_->Remembers(visits_[0].keyframes[0]));
   for (int k = 0; k < 8; ++k) {
     const auto places = Recognise({WordsAt(3 * k + 0.2)});
     ASSERT_FALSE(places.empty());
@@ -59,7 +59,7 @@ TEST_F(PlaceRecogniserTest, FindsThePlaceOfEveryImageInItsMap) {
     EXPECT_LT(place.similarity, 0.7 * right);
 }
 
-TEST_F(PlaceRecogniserTest, TheBestStandsForItsCovisibleOnes) {
+TEST_F(PlaceMemoryTest, TheBestStandsForItsCovisibleOnes) {
   RememberAll(visits_[0]);
   RememberAll(visits_[1]);
   const auto places = Recognise({WordsAt(9)});
@@ -72,7 +72,7 @@ TEST_F(PlaceRecogniserTest, TheBestStandsForItsCovisibleOnes) {
   RecogniserOptions options;
   options.group_keyframes = 0;
   options.max_places = 4;
-  recogniser_.emplace(&*vocabulary_, options);
+  places_.emplace(&*vocabulary_, options);
   RememberAll(visits_[0]);
   RememberAll(visits_[1]);
   const auto ungrouped = Recognise({WordsAt(9)});
@@ -80,7 +80,7 @@ TEST_F(PlaceRecogniserTest, TheBestStandsForItsCovisibleOnes) {
   for (size_t i = 1; i < 4; ++i) EXPECT_GE(ungrouped[i - 1].similarity, ungrouped[i].similarity);
 }
 
-TEST_F(PlaceRecogniserTest, SkipsAndForgets) {
+TEST_F(PlaceMemoryTest, SkipsAndForgets) {
   RememberAll(visits_[0]);
   const KeyframeId best = visits_[0].keyframes[3];
   ASSERT_EQ(Recognise({WordsAt(9)})[0].keyframe, best);
@@ -93,11 +93,11 @@ TEST_F(PlaceRecogniserTest, SkipsAndForgets) {
   const auto after = Recognise({WordsAt(9)});
   ASSERT_FALSE(after.empty());
   EXPECT_NE(after[0].keyframe, best);
-  EXPECT_FALSE(recogniser_->Remembers(best));
-  EXPECT_TRUE(recogniser_->Remembers(visits_[0].keyframes[4]));
+  EXPECT_FALSE(places_->Remembers(best));
+  EXPECT_TRUE(places_->Remembers(visits_[0].keyframes[4]));
 }
 
-TEST_F(PlaceRecogniserTest, FindsKeyframesInTheMapThatTookTheirs) {
+TEST_F(PlaceMemoryTest, FindsKeyframesInTheMapThatTookTheirs) {
   RememberAll(visits_[0]);
   made_.atlas.Merge(MapId{0}, MapId{1}, visits_[1].keyframes[0]);
   const auto places = Recognise({WordsAt(9)});
@@ -106,7 +106,7 @@ TEST_F(PlaceRecogniserTest, FindsKeyframesInTheMapThatTookTheirs) {
   EXPECT_EQ(places[0].map, MapId{1});
 }
 
-TEST_F(PlaceRecogniserTest, TakesTheHeadingThatFitsBest) {
+TEST_F(PlaceMemoryTest, TakesTheHeadingThatFitsBest) {
   RememberAll(visits_[0]);
   const Features noise = RandomFeatures(400, 752, 480, FeatureWorld::kDimension, &made_.random);
   const BagOfWords wrong = vocabulary_->Words(noise.descriptors), right = WordsAt(9);

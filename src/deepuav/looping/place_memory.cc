@@ -1,10 +1,9 @@
-#include "deepuav/looping/place_recogniser.h"
+#include "deepuav/looping/place_memory.h"
 
 #include <algorithm>
 #include <set>
 
-#include "deepuav/base/option_bounds.h"
-#include "deepuav/base/options.h"
+#include "deepuav/base/option_check.h"
 
 namespace deepuav {
 namespace {
@@ -19,26 +18,19 @@ MapId MapOf(const Atlas& atlas, const std::vector<MapId>& maps, KeyframeId keyfr
 
 }  // namespace
 
-void RecogniserOptions::Check() const {
-  CheckRange("looping.recogniser.max_hits", max_hits, 1, 100'000);
-  CheckRange("looping.recogniser.min_similarity", min_similarity, 0, 1);
-  CheckOption(min_relative_similarity >= 0 && min_relative_similarity <= 1,
-              "looping.recogniser.min_relative_similarity", min_relative_similarity, "0 to 1");
-  CheckRange("looping.recogniser.group_keyframes", group_keyframes, 0, 100'000);
-  CheckRange("looping.recogniser.max_places", max_places, 1, 1000);
-}
+void RecogniserOptions::Check() const { CheckOptions("looping.recogniser", *this); }
 
-PlaceRecogniser::PlaceRecogniser(const Vocabulary* vocabulary, const RecogniserOptions& options)
+PlaceMemory::PlaceMemory(const Vocabulary* vocabulary, const RecogniserOptions& options)
     : vocabulary_(vocabulary), options_(options) {
   options_.Check();
 }
 
-void PlaceRecogniser::Remember(const Keyframe& keyframe) {
+void PlaceMemory::Remember(const Keyframe& keyframe) {
   index_.Add(keyframe.id, vocabulary_->Words(keyframe.features().descriptors));
   remembered_.insert(keyframe.id);
 }
 
-void PlaceRecogniser::ForgetCulled(const Atlas& atlas) {
+void PlaceMemory::ForgetCulled(const Atlas& atlas) {
   const std::vector<MapId> maps = atlas.Remaining();
   for (auto id = remembered_.begin(); id != remembered_.end();) {
     if (MapOf(atlas, maps, *id).valid()) {
@@ -50,9 +42,17 @@ void PlaceRecogniser::ForgetCulled(const Atlas& atlas) {
   }
 }
 
-std::vector<PlaceCandidate> PlaceRecogniser::Recognise(
-    const Atlas& atlas, std::span<const BagOfWords> views,
-    const std::function<bool(KeyframeId)>& skip) {
+std::vector<PlaceCandidate> PlaceMemory::PlacesLike(const Atlas& atlas, const Features& features,
+                                                    std::span<const Descriptors> turned,
+                                                    const std::function<bool(KeyframeId)>& skip) {
+  std::vector<BagOfWords> views = {vocabulary_->Words(features.descriptors)};
+  for (const Descriptors& descriptors : turned) views.push_back(vocabulary_->Words(descriptors));
+  return Recognise(atlas, views, skip);
+}
+
+std::vector<PlaceCandidate> PlaceMemory::Recognise(const Atlas& atlas,
+                                                   std::span<const BagOfWords> views,
+                                                   const std::function<bool(KeyframeId)>& skip) {
   ForgetCulled(atlas);
   std::map<KeyframeId, PlaceCandidate> similar;  // under the view that fits best
   for (size_t view = 0; view < views.size(); ++view) {

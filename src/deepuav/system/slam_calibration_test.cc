@@ -1,0 +1,81 @@
+// What a run makes of a calibration that does not fit.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/system/testing/slam_runs.h"
+
+namespace deepuav {
+namespace {
+
+TEST(Slam, AWrongFocalLengthStillTracksOrSaysWhy) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(60), kNoise, 12);
+  for (const double factor : {0.95, 1.05}) {
+    flight.camera.pinhole.fx = flight.camera.pinhole.fy = factor * 450;
+    const Outcome run = Fly(flight);
+    EXPECT_EQ(run.result.failure, "");
+    ASSERT_EQ(run.result.frames.size(), 60u);
+    for (const FrameRecord& record : run.result.frames) {
+      EXPECT_NE(record.located(), !record.reason.empty()) << record.id.value;
+      if (record.located()) {
+        EXPECT_TRUE(record.cam_from_world.Matrix().allFinite());
+      }
+    }
+    if (Located(run.result) > 30) {
+      EXPECT_LT(PathError(run.result, flight), 0.5);
+    }
+  }
+}
+
+/// As seen through a lens that the calibration does not know of.
+SyntheticFlight Distorted(SyntheticFlight flight, double k1) {
+  const Pinhole& pinhole = flight.camera.pinhole;
+  const BundleCamera lens{pinhole, k1};
+  for (Features& features : flight.features) {
+    for (Keypoint& keypoint : features.keypoints) {
+      keypoint.px = lens.Project(pinhole.Unproject(keypoint.px.cast<double>())).cast<float>();
+      keypoint.image_px = keypoint.px;
+    }
+  }
+  return flight;
+}
+
+TEST(Slam, CorrectsACalibrationWithoutTheLensThatTheImagesHave) {
+  constexpr double kK1 = -0.03;
+  const SyntheticFlight flight =
+      Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), kK1);
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  const Outcome corrected = Fly(flight, Schedule::kSequential, options);
+  options.mapping.lens.enabled = false;
+  const Outcome plain = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(plain.result.lens);
+  EXPECT_EQ(plain.slam->camera().lens, LensModel::kPinhole);
+  ASSERT_TRUE(corrected.result.lens);
+  const Camera& camera = corrected.slam->camera();
+  ASSERT_EQ(camera.lens, LensModel::kRadialTangential);
+  EXPECT_NEAR(camera.distortion[0], kK1, 0.3 * std::abs(kK1));
+  EXPECT_EQ(Located(corrected.result), 100);
+  EXPECT_LT(PathError(corrected.result, flight), 0.7 * PathError(plain.result, flight));
+  // The map is of the corrected camera, key points and all.
+  corrected.slam->atlas().At({0}).keyframes().ForEach([&](const Keyframe& keyframe) {
+    for (const Keypoint& keypoint : keyframe.features().keypoints) {
+      const auto px = camera.Undistort(keypoint.image_px.cast<double>());
+      ASSERT_TRUE(px);
+      EXPECT_LT((*px - keypoint.px.cast<double>()).norm(), 0.2);
+    }
+  });
+}
+
+TEST(Slam, LeavesACalibrationThatFitsAsItIs) {
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  const SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3);
+  const Outcome run = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(run.result.lens);
+  EXPECT_EQ(run.slam->camera().lens, LensModel::kPinhole);
+}
+
+}  // namespace
+}  // namespace deepuav
