@@ -18,6 +18,7 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 import live_test
+import program_under_test
 
 AWAY_S = 3  # How long a dropped link stays away.
 QUALITY = 95
@@ -63,7 +64,7 @@ def main():
     parser.add_argument("--rate", type=float, default=20, help="images a second")
     parser.add_argument("--out", type=Path, help="keeps the run; otherwise it is removed")
     arguments = parser.parse_args()
-    live_test.DEEPUAV, live_test.RATE_HZ = arguments.deepuav, arguments.rate
+    program_under_test.DEEPUAV, live_test.RATE_HZ = arguments.deepuav, arguments.rate
     with tempfile.TemporaryDirectory(prefix="deepuav-soak-") as folder:
         memory, live, status = fly(arguments, list(pictures(arguments.dataset)), arguments.out or Path(folder) / "out")
         summary = live.summary()
