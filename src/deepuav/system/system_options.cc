@@ -10,6 +10,7 @@ namespace {
 template <typename Options, typename Visitor>
 void VisitParts(Options& options, Visitor&& visit) {
   visit("patches", options.patches);
+  visit("gaps", options.gaps);
   auto& tracking = options.tracking;
   visit("tracking.visibility", tracking.locator.visibility);
   visit("tracking.projection", tracking.locator.projection);
