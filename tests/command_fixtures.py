@@ -93,10 +93,11 @@ class CommandTest(unittest.TestCase):
         states = collections.Counter(row["state"] for row in rows)
         frames = summary["frames"]
         self.assertEqual(states["tracked"], frames["tracked_online"])
-        self.assertEqual(states["tracked"] + states["located"], frames["located"])
+        self.assertEqual(states["tracked"] + states["located"] + states["inferred"], frames["located"])
+        self.assertEqual(states["inferred"], frames["inferred"])
         self.assertEqual(states["initialising"] + states["lost"], frames["lost"])
         for row in rows:
-            self.assertEqual(row["map"] != "", row["state"] in ("tracked", "located"))
+            self.assertEqual(row["map"] != "", row["state"] in ("tracked", "located", "inferred"))
             self.assertLessEqual(int(row["landmarks"]), int(row["key_points"]))
         keyframes = [int(row["keyframe"]) for row in rows if row["keyframe"]]
         self.assertEqual(len(keyframes), sum(m["keyframes"] for m in summary["maps"]))

@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <sstream>
 
 #include "bench_main.h"
@@ -59,6 +60,33 @@ std::vector<double> ScalesAlong(const Evaluation& evaluation, double section_m) 
     travelled_m = 0;
   }
   return scales;
+}
+
+/// How far the frames that were placed between others lie from the truth, and in standard
+/// deviations.
+void PrintInferred(const Evaluation& evaluation, const SlamResult& result) {
+  std::map<Timestamp, const FrameRecord*> inferred;
+  for (const FrameRecord& record : result.frames) {
+    if (record.located() && record.inferred) inferred.emplace(record.time, &record);
+  }
+  const double scale = evaluation.ate.truth_from_estimate.scale();
+  double squares = 0, farthest_m = 0, ratios = 0;
+  int count = 0;
+  for (size_t i = 0; i < evaluation.matched_truth.size(); ++i) {
+    const auto found = inferred.find(evaluation.matched_estimate[i].time);
+    if (found == inferred.end()) continue;
+    const double error_m = (evaluation.matched_truth[i].world_from_cam.translation() -
+                            evaluation.matched_estimate[i].world_from_cam.translation())
+                               .norm();
+    const Matrix6d covariance = found->second->pose_information.inverse();
+    squares += error_m * error_m;
+    ratios += error_m * error_m / (scale * scale * covariance.topLeftCorner<3, 3>().trace());
+    farthest_m = std::max(farthest_m, error_m);
+    ++count;
+  }
+  if (count == 0) return;
+  fmt::print("   {} inferred: {:.4f} m, farthest {:.4f} m, {:.2f} standard deviations\n", count,
+             std::sqrt(squares / count), farthest_m, std::sqrt(ratios / count));
 }
 
 void RunVariant(Dataset* dataset_to_run, const std::vector<Features>& features, const Truth& truth,
@@ -105,15 +133,19 @@ void RunVariant(Dataset* dataset_to_run, const std::vector<Features>& features, 
     const Trajectory trajectory = TrajectoryOf(result, map.id());
     EvaluationOptions evaluation;
     evaluation.horizontal = !truth.has_orientation;
-    double ate = std::nan("");
+    double ate = std::nan(""), farthest_m = std::nan("");
     std::vector<double> scales;
     if (trajectory.size() > 5) {
       const Evaluation evaluated = EvaluateTrajectory(truth, trajectory, evaluation);
       ate = evaluated.ate.statistics_m.rmse;
+      farthest_m = evaluated.ate.statistics_m.max;
+      PrintInferred(evaluated, result);
       if (section_m > 0) scales = ScalesAlong(evaluated, section_m);
     }
-    fmt::print("   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m\n", map.id().value,
-               trajectory.size(), map.KeyframeCount(), map.LandmarkCount(), ate);
+    fmt::print(
+        "   map {}: {} frames, {} keyframes, {} landmarks, ATE {:.4f} m, farthest {:.3f} m\n",
+        map.id().value, trajectory.size(), map.KeyframeCount(), map.LandmarkCount(), ate,
+        farthest_m);
     if (section_m > 0) fmt::print("   scales along the path: {:.3f}\n", fmt::join(scales, " "));
   }
   int shown = 0;

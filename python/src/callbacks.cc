@@ -34,6 +34,8 @@ std::string NameOf(api::FrameState state) {
       return "located";
     case api::FrameState::kReckoned:
       return "reckoned";
+    case api::FrameState::kInferred:
+      return "inferred";
     case api::FrameState::kInitialising:
       return "initialising";
     case api::FrameState::kLost:

@@ -104,6 +104,7 @@ Frame FrameOf(const FrameRecord& record) {
       record.state == TrackingState::kInitialising ? FrameState::kInitialising : FrameState::kLost;
   if (!record.located()) return frame;
   frame.state = record.reckoned         ? FrameState::kReckoned
+                : record.inferred       ? FrameState::kInferred
                 : record.tracked_online ? FrameState::kTracked
                                         : FrameState::kLocated;
   frame.map = static_cast<int>(record.map.value);

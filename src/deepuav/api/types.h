@@ -101,6 +101,7 @@ enum class FrameState {
   kTracked,       ///< Had its pose when its turn came.
   kLocated,       ///< Has one since the end of the run.
   kReckoned,      ///< The same, by the inertial sensor alone.
+  kInferred,      ///< The same: the most probable one between the frames about it.
   kInitialising,  ///< Has none: no map was started yet...
   kLost,          ///< ...or it was not found in one.
 };

@@ -13,6 +13,7 @@ namespace {
 
 std::string_view StateName(const FrameRecord& record) {
   if (record.reckoned) return "reckoned";
+  if (record.inferred) return "inferred";
   if (record.located()) return record.tracked_online ? "tracked" : "located";
   return record.state == TrackingState::kInitialising ? "initialising" : "lost";
 }

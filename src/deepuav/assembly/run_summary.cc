@@ -50,6 +50,11 @@ int CountReckoned(const SlamResult& result) {
                                         [](const FrameRecord& record) { return record.reckoned; }));
 }
 
+int CountInferred(const SlamResult& result) {
+  return static_cast<int>(std::count_if(result.frames.begin(), result.frames.end(),
+                                        [](const FrameRecord& record) { return record.inferred; }));
+}
+
 int CountTrackedOnline(const SlamResult& result) {
   return static_cast<int>(std::count_if(
       result.frames.begin(), result.frames.end(),
@@ -166,6 +171,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                     {"tracked_online", CountTrackedOnline(result)},
                     {"located", located},
                     {"reckoned", CountReckoned(result)},
+                    {"inferred", CountInferred(result)},
                     {"lost", processed - located},
                     {"forgotten", result.forgotten_frames}}},
                   {"main_map", main.valid() ? numbers.at(main) : main.value},

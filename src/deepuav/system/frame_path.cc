@@ -1,6 +1,9 @@
 #include "deepuav/system/frame_path.h"
 
 #include <map>
+#include <set>
+
+#include "deepuav/map/landmark_noise.h"
 
 namespace deepuav {
 
@@ -22,6 +25,22 @@ Trajectory PathIn(const Atlas& atlas, MapId map, const std::vector<FrameRecord>&
     path.push_back({record.time, cam_from_world.Inverse()});
   }
   return path;
+}
+
+std::vector<PoseObservation> ObservationsOf(const Map& map, const FrameRecord& record,
+                                            const SE3& cam_from_world) {
+  std::vector<PoseObservation> observations;
+  std::set<LandmarkId> used;  // two landmarks seen may have become one since
+  for (const FrameRecord::Seen& seen : record.seen) {
+    const auto landmark = map.Current(seen.landmark);
+    if (!landmark || !used.insert(*landmark).second) continue;
+    const Landmark& seen_landmark = map.At(*landmark);
+    const PixelNoise noise = seen.measured.NoiseWith(map.model_sigma_px()) +
+                             ExpectedPixelNoise(PositionNoise(map, seen_landmark),
+                                                seen_landmark.position_world, cam_from_world);
+    observations.push_back({seen_landmark.position_world, seen.measured.px.cast<double>(), noise});
+  }
+  return observations;
 }
 
 }  // namespace deepuav

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "deepuav/estimation/motion_only.h"
 #include "deepuav/geometry/timed_pose.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/system/frame_record.h"
@@ -16,5 +17,9 @@ using PoseOfFrame = std::function<SE3(const FrameRecord&)>;
 /// poses or, if given, by `pose_of_frame`.
 Trajectory PathIn(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                   const PoseOfFrame& pose_of_frame = nullptr);
+
+/// What a frame saw of the map as it is now, with the noise that a camera about there sees it with.
+std::vector<PoseObservation> ObservationsOf(const Map& map, const FrameRecord& record,
+                                            const SE3& cam_from_world);
 
 }  // namespace deepuav

@@ -46,6 +46,7 @@ FrameRecord WithoutWhatItSaw(const FrameRecord& record) {
   bare.keypoint_count = record.keypoint_count;
   bare.tracked_online = record.tracked_online;
   bare.reckoned = record.reckoned;
+  bare.inferred = record.inferred;
   bare.map = record.map;
   bare.pose = record.pose;
   bare.cam_from_world = record.cam_from_world;

@@ -24,6 +24,7 @@ struct FrameRecord {
 
   bool tracked_online = false;  ///< Had its pose when its turn came, not only at the end.
   bool reckoned = false;        ///< Its pose is what an inertial sensor alone tells.
+  bool inferred = false;        ///< Its pose is the most probable one between those about it.
   MapId map;                    ///< Invalid where there is no pose.
   AnchoredPose pose;
   SE3 cam_from_world;        ///< As tracked, once the trajectory is finished as

@@ -6,6 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/system/calibration_correction.h"
+#include "deepuav/system/gap_bridge.h"
 
 namespace deepuav {
 
@@ -365,6 +366,16 @@ void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<Frame
   MakeFinish(&locator).Finish(records, stop);
 }
 
+void Slam::BridgeGaps(const std::function<bool()>& stop,
+                      std::vector<std::shared_ptr<const Features>> features,
+                      std::vector<FrameRecord>* records) {
+  const StageScope stage(&clock_, "bridge gaps");
+  const GapSight sight{camera_, options_.tracking.locator, options_.mapping.local_map, &matcher_};
+  const int placed =
+      GapBridge(sight, options_.gaps, atlas_, std::move(features)).Bridge(records, stop);
+  if (placed > 0) Log().info("{} lost frames are placed between those about them", placed);
+}
+
 void Slam::SetAsideMoving() {
   if (!options_.adjust_at_end || options_.localise_only) return;
   for (const MapId map : atlas_.Remaining()) mapper_.SetAsideMoving(map);
@@ -391,8 +402,11 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
   std::vector<ReckonedFrame> reckoned;
   attempt([&] { reckoned = BridgeByImu(result); });
   attempt([&] { GeoreferenceAll(stop, result); });
+  std::vector<std::shared_ptr<const Features>> features;
+  for (const FrameRecord& record : result->frames) features.push_back(record.features);
   attempt([&] { FinishTrajectory(stop, &result->frames); });
   attempt([&] { TakeReckoned(atlas_, reckoned, &result->frames); });
+  attempt([&] { BridgeGaps(stop, std::move(features), &result->frames); });
   attempt([&] { SetAsideMoving(); });
 }
 

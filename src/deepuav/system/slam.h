@@ -14,6 +14,7 @@
 #include "deepuav/system/back_end.h"
 #include "deepuav/system/frame_feed.h"
 #include "deepuav/system/frame_record.h"
+#include "deepuav/system/gap_options.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/inertial_bridge.h"
@@ -67,6 +68,7 @@ struct SystemOptions {
   MappingOptions mapping;
   LoopingOptions looping;
   SurveyOptions survey;
+  GapOptions gaps;
   SensorUseOptions sensors;
 
   void Check() const;
@@ -221,6 +223,9 @@ class Slam {
   TrajectoryFinish MakeFinish(FrameLocator* locator) const;
   void SetAsideMoving();
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
+  void BridgeGaps(const std::function<bool()>& stop,
+                  std::vector<std::shared_ptr<const Features>> features,
+                  std::vector<FrameRecord>* records);
 
   Camera camera_;
   const SystemOptions options_;

@@ -10,6 +10,7 @@ template <typename Options, typename Visitor>
 void VisitParts(Options& options, Visitor&& visit) {
   visit("system", options);
   visit("patches", options.patches);
+  visit("gaps", options.gaps);
   visit("tracking", options.tracking);
   visit("initialiser", options.tracking.initialiser);
   visit("keyframes", options.tracking.keyframes);

@@ -1,9 +1,8 @@
 #include "deepuav/system/trajectory_finish.h"
 
 #include <algorithm>
-#include <set>
 
-#include "deepuav/map/landmark_noise.h"
+#include "deepuav/system/frame_path.h"
 #include "deepuav/tracking/motion_model.h"
 
 namespace deepuav {
@@ -54,17 +53,7 @@ std::map<FrameId, const Keyframe*> TrajectoryFinish::TrustedKeyframes() const {
 SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
   const Map& map = atlas_.At(record.map);
   const SE3 initial = map.PoseOf(record.pose);
-  std::vector<PoseObservation> observations;
-  std::set<LandmarkId> used;  // two landmarks seen may have become one since
-  for (const FrameRecord::Seen& seen : record.seen) {
-    const auto landmark = map.Current(seen.landmark);
-    if (!landmark || !used.insert(*landmark).second) continue;
-    const Landmark& seen_landmark = map.At(*landmark);
-    const PixelNoise noise = seen.measured.NoiseWith(map.model_sigma_px()) +
-                             ExpectedPixelNoise(PositionNoise(map, seen_landmark),
-                                                seen_landmark.position_world, initial);
-    observations.push_back({seen_landmark.position_world, seen.measured.px.cast<double>(), noise});
-  }
+  const std::vector<PoseObservation> observations = ObservationsOf(map, record, initial);
   const MotionOnlyResult refined =
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
   const bool trusted = refined.inlier_count >= options_.min_inliers;

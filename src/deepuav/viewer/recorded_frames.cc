@@ -55,7 +55,9 @@ RecordedFrame ParseFrame(const std::string& line, const std::string& where) {
   RecordedFrame frame;
   frame.id = {Number(fields[0], -1, where)};
   frame.time = {Number(fields[1], 0, where)};
-  frame.state = fields[2] == "located" || fields[2] == "reckoned" ? "tracked" : fields[2];
+  const bool has_pose_at_end =
+      fields[2] == "located" || fields[2] == "reckoned" || fields[2] == "inferred";
+  frame.state = has_pose_at_end ? "tracked" : fields[2];
   frame.map = Number(fields[3], -1, where);
   frame.key_points = static_cast<int>(Number(fields[4], 0, where));
   frame.landmarks = static_cast<int>(Number(fields[5], 0, where));
