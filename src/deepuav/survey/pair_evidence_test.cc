@@ -120,5 +120,13 @@ TEST_F(AlikeRoofs, DoNotPutPhotographsOnTopOfOneAnother) {
   EXPECT_TRUE(outcome.doubtful.empty());
 }
 
+TEST_F(AlikeRoofs, ThatStayOnTopOfOneAnotherAreCalledDoubtful) {
+  options_.suspect_coverage = 0;
+  const SurveyOutcome outcome = Run(options_);
+  ASSERT_FALSE(outcome.atlas.Remaining().empty());
+  EXPECT_GT(Farthest(outcome), 10);
+  EXPECT_FALSE(outcome.doubtful.empty());
+}
+
 }  // namespace
 }  // namespace deepuav
