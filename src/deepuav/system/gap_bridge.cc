@@ -50,6 +50,14 @@ void TurnAlong(const std::vector<Eigen::Quaterniond>& next_from_frame, size_t fi
   }
 }
 
+/// More than what is known of the path's pose explains.
+bool IsFarFrom(const SE3& cam_from_world, const GapPath::Pose& pose) {
+  constexpr double kContradictingSigmas = 10;
+  const Eigen::Vector3d apart =
+      cam_from_world.InverseTranslation() - pose.cam_from_world.InverseTranslation();
+  return apart.norm() > kContradictingSigmas * PositionSigma(pose);
+}
+
 }  // namespace
 
 void GapOptions::Check() const { CheckOptions("gaps", *this); }
@@ -364,8 +372,10 @@ int GapBridge::Take(const Stretch& stretch, const GapPath& path,
                 position_sigma, turn_sigma / kDegree, pose.landmark_count);
     const bool is_sure = told[i] && position_sigma <= options_.max_position_sigma &&
                          turn_sigma <= kDegree * options_.max_turn_sigma_deg;
-    if (!is_sure || stretch.is_keyframe[i]) continue;
+    if (!is_sure) continue;
     const bool was_lost = !record.located();
+    // Keyframes stay where the map has them, unless that cannot be.
+    if (stretch.is_keyframe[i] && !IsFarFrom(record.cam_from_world, pose)) continue;
     const FrameRecord& first = (*records)[stretch.gap.first];
     const Keyframe& anchor = stretch.map->At(stretch.map->Remaining(first.pose.keyframe));
     record.map = stretch.map->id();

@@ -189,6 +189,23 @@ TEST_F(GapBridgeTest, AFrameBesideAGapThatSeesFewLandmarksIsPlacedAnew) {
   EXPECT_FALSE(At(kBlind - 1).inferred);
 }
 
+TEST_F(GapBridgeTest, AKeyframeStaysUnlessItCannotBeWhereItIs) {
+  Lose(kBlind, kSees);
+  const int near = kBlind - 2, far = kBlind - 1;
+  for (const int i : {near, far}) {
+    FrameRecord& weak = records_[static_cast<size_t>(i)];
+    weak.landmark_count = 12;
+    weak.seen.clear();
+    const Eigen::Vector3d off(i == far ? 20 : 0.001, 0, 0);
+    weak.cam_from_world = SE3(PoseAt(i).rotation(), PoseAt(i).translation() + off);
+    const Frame frame{weak.id, weak.time, features_[static_cast<size_t>(i)]};
+    atlas_.At(MapId{0}).AddKeyframe(KeyframeId{100 + i}, frame, weak.cam_from_world);
+  }
+  EXPECT_EQ(Bridge(), kSees - kBlind);
+  EXPECT_NEAR(Distance(near), 0.001, 1e-9);
+  EXPECT_LT(Distance(far), 0.02 * kHeight);
+}
+
 TEST_F(GapBridgeTest, GapsThatAreTooLongOrAtAnEndOrNotWantedStay) {
   Lose(kBlind, kSees);
   EXPECT_EQ(Bridge({.max_gap_s = 1}), 0);
