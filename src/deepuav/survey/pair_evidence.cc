@@ -68,10 +68,12 @@ const SE3& PoseOf(const SurveyState& state, int view) {
   return *state.cam_from_world[static_cast<size_t>(view)];
 }
 
-/// The point of the map that a key point shows, if it has one and agrees with it.
+/// The point of the map that a key point shows, if it has one and agrees with it. Key points that a
+/// photograph got after the map was made (seen reduced) have none.
 std::optional<Eigen::Vector3d> PointSeen(const BuiltSurvey& map, int view, int keypoint) {
-  const int track =
-      map.tracks.of_keypoint[static_cast<size_t>(view)][static_cast<size_t>(keypoint)];
+  const std::vector<int>& tracks = map.tracks.of_keypoint[static_cast<size_t>(view)];
+  if (keypoint >= std::ssize(tracks)) return std::nullopt;
+  const int track = tracks[static_cast<size_t>(keypoint)];
   if (track < 0) return std::nullopt;
   const auto at = static_cast<size_t>(track);
   const std::vector<Track::Sight>& sights = map.tracks.tracks[at].sights;
@@ -174,8 +176,7 @@ bool PairJudge::SetSuspectsAside(const BuiltSurvey& map, bool everywhere,
                                  std::vector<MatchedPair>* suspects) const {
   if (Doubtful(pairs, map).empty()) return false;
   std::set<int> misplaced;
-  for (const size_t i : Contradicting(pairs, map))
-    misplaced.insert({(*pairs)[i].a, (*pairs)[i].b});
+  for (const size_t i : Contradicting(pairs, map)) misplaced.insert({(*pairs)[i].a, (*pairs)[i].b});
   const auto is_suspect = [&](MatchedPair& pair) {
     if (!map.state.Has(pair.a) || !map.state.Has(pair.b)) return false;
     const bool in_doubt = everywhere || misplaced.contains(pair.a) || misplaced.contains(pair.b) ||

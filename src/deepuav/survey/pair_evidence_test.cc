@@ -105,6 +105,27 @@ TEST_F(AlikeRoofs, FewMatchesCoverNothing) {
   EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {{0, 0, 0.1f}}, kSize), 0);
 }
 
+TEST_F(AlikeRoofs, KeypointsNewerThanTheMapAreJudgedByTheirLines) {
+  ViewPixels px;
+  Tracks tracks;
+  for (const SurveyView& view : views_) {
+    std::vector<SightPixel>& of_view = px.emplace_back();
+    for (const Keypoint& keypoint : view.frame.features->keypoints)
+      of_view.push_back({keypoint.px.cast<double>()});
+    tracks.of_keypoint.emplace_back();
+  }
+  SurveyLens lens;
+  lens.camera.pinhole = world_.camera().pinhole;
+  BuiltSurvey map{tracks, SurveyState(tracks, views_.size(), lens), px};
+  map.state.cam_from_world[0] = poses_[0];
+  map.state.cam_from_world[1] = poses_[1];
+  const PairJudge judge(views_, px, kSize, options_);
+  const MatchedPair pair{0, 1, Matches(0, 1)};
+  EXPECT_GT(judge.AgreeingShare(pair, map), 0.95);
+  map.state.cam_from_world[1] = LookDown({0, kStepM, kHeightM}, M_PI / 2);
+  EXPECT_LT(judge.AgreeingShare(pair, map), 0.3);
+}
+
 TEST_F(AlikeRoofs, DoNotPutPhotographsOnTopOfOneAnother) {
   SurveyOptions blind = options_;
   blind.contradicting_matches = 100'000;
