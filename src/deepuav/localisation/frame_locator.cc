@@ -72,13 +72,17 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& given, const Local
   const Frame frame = prior.cam_from_world ? Moving(given, *prior.cam_from_world, prior) : given;
   const KeypointGrid grid(*frame.features);
   LocatedFrame located;
-  const auto refine_if_better = [&](const std::optional<CoarsePose>& coarse) {
+  const auto refine_if_better = [&](const std::optional<CoarsePose>& coarse, double min_ratio) {
     if (!coarse) return;
     LocatedFrame refined = RefineInRounds(frame, grid, local_map, *coarse);
+    const auto seen = static_cast<double>(refined.seen.size());
+    if (seen < min_ratio * static_cast<double>(refined.visible.size())) return;
     if (refined.seen.size() > located.seen.size()) located = std::move(refined);
   };
-  refine_if_better(FollowPrediction(frame, grid, local_map, prior));
-  if (IsDoubtful(located, prior)) refine_if_better(MatchReference(frame, local_map, prior));
+  refine_if_better(FollowPrediction(frame, grid, local_map, prior), 0);
+  if (IsDoubtful(located, prior)) {
+    refine_if_better(MatchReference(frame, local_map, prior), options_.min_unpredicted_ratio);
+  }
   if (located.seen.empty()) {
     if (reason) *reason = fmt::format("no pose from {} key points", frame.features->size());
     return std::nullopt;

@@ -27,8 +27,11 @@ struct LocatorOptions {
   double min_predicted_ratio = 0.5;  ///< Inliers over matches of the prediction; less: likewise.
   double min_predicted_share = 0.5;  ///< Landmarks seen over those of the neighbouring frame; less:
                                      ///< the prediction must prove itself against the reference.
-  int min_inliers = 25;              ///< Fewer at the end: not located.
-  int reference_tries = 3;           ///< Keyframes matched without prediction before giving up.
+  /// Landmarks seen over those expected in the view of a pose found without a prediction; less: the
+  /// pose is chance.
+  double min_unpredicted_ratio = 0.05;
+  int min_inliers = 25;     ///< Fewer at the end: not located.
+  int reference_tries = 3;  ///< Keyframes matched without prediction before giving up.
   int local_rounds =
       3;  ///< Times at most that the local map is matched, each from a better pose...
   double min_round_growth = 1.1;  ///< ...as long as so many times more is seen.
@@ -52,6 +55,10 @@ struct LocatorOptions {
     visit("min_predicted_share", min_predicted_share, "",
           "landmarks seen over those of the frame before, below which a prediction must prove "
           "itself",
+          Between(0, 1));
+    visit("min_unpredicted_ratio", min_unpredicted_ratio, "",
+          "landmarks seen over those expected in the view, below which a pose found without a "
+          "prediction is chance",
           Between(0, 1));
     visit("min_inliers", min_inliers, "", "landmarks a located frame sees at least",
           Between(6, 100'000));

@@ -61,6 +61,22 @@ class FrameLocatorTest : public testing::Test {
     return locator_.Locate(FrameOf(20, view), *local_map_, prior, &reason_);
   }
 
+  /// The first key points that show landmarks of the map, as many as given, and no others.
+  SyntheticView ShowingOnly(int count, const SyntheticView& full) const {
+    Features some{{}, Descriptors(FeatureWorld::kDimension)};
+    SyntheticView view;
+    for (int i = 0; i < full.features->size() && some.size() < count; ++i) {
+      const int landmark = full.landmark[static_cast<size_t>(i)];
+      if (landmark < 0 || !made_->landmark_of[static_cast<size_t>(landmark)].valid()) continue;
+      some.keypoints.push_back(full.features->keypoints[static_cast<size_t>(i)]);
+      some.descriptors.AppendFrom(full.features->descriptors, i);
+      view.landmark.push_back(landmark);
+    }
+    EXPECT_EQ(some.size(), count);
+    view.features = std::make_shared<const Features>(std::move(some));
+    return view;
+  }
+
   void ExpectRight(const LocatedFrame& located, const SyntheticView& view, double max_wrong_ratio) {
     EXPECT_LT((located.cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm(),
               0.02);
@@ -317,19 +333,28 @@ TEST_F(FrameLocatorTest, SaysWhyThereIsNoPose) {
   EXPECT_FALSE(Locate(empty, PriorAt(truth_)));
   EXPECT_EQ(reason_, "no pose from 0 key points");
 
-  const SyntheticView full = world_.View(truth_, {0.5, 0.2, 0, 0}, &random_);
-  Features some{{}, Descriptors(FeatureWorld::kDimension)};
-  for (int i = 0; i < full.features->size() && some.size() < 22; ++i) {
-    const int landmark = full.landmark[static_cast<size_t>(i)];
-    if (landmark < 0 || !made_->landmark_of[static_cast<size_t>(landmark)].valid()) continue;
-    some.keypoints.push_back(full.features->keypoints[static_cast<size_t>(i)]);
-    some.descriptors.AppendFrom(full.features->descriptors, i);
-  }
-  ASSERT_EQ(some.size(), 22);
-  SyntheticView few;
-  few.features = std::make_shared<const Features>(some);
+  const SyntheticView few = ShowingOnly(22, world_.View(truth_, {0.5, 0.2, 0, 0}, &random_));
   EXPECT_FALSE(Locate(few, PriorAt(truth_)));
   EXPECT_THAT(reason_, testing::HasSubstr("landmarks agree on the pose"));
+}
+
+TEST_F(FrameLocatorTest, RefusesAnUnpredictedPoseThatShouldShowFarMore) {
+  const SyntheticView view = ShowingOnly(30, world_.View(truth_, {0.5, 0.2, 0, 0}, &random_));
+  const auto locate = [&](double min_ratio, const LocationPrior& prior) {
+    FrameLocator locator(world_.camera(),
+                         OptionsWith(&LocatorOptions::min_unpredicted_ratio, min_ratio), &matcher_,
+                         nullptr);
+    return locator.Locate(FrameOf(20, view), *local_map_, prior);
+  };
+  const auto careless = locate(0, {});
+  ASSERT_TRUE(careless);
+  const double ratio =
+      static_cast<double>(careless->seen.size()) / static_cast<double>(careless->visible.size());
+  ASSERT_LT(ratio, 0.2);
+  EXPECT_TRUE(locate(0.9 * ratio, {}));
+  EXPECT_FALSE(locate(1.1 * ratio, {}));
+  // What was expected there may be hidden or blurred.
+  EXPECT_TRUE(locate(1.1 * ratio, PriorAt(truth_)));
 }
 
 TEST_F(FrameLocatorTest, IsNotFooledByAnotherPlace) {
