@@ -31,7 +31,7 @@ TEST_F(MapFileTest, ForeignAndNewerFilesAreNamed) {
               HasSubstr("begins with 'ply\\x0aform': expected '\\x89UAVMAP\\x0a'"));
   std::string bytes = SmallFile();
   bytes[kMagic.size()] = kVersion + 1;
-  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 4, of a newer program: expected 2 to 3"));
+  EXPECT_THAT(ErrorOfBytes(bytes), HasSubstr("version 5, of a newer program: expected 2 to 4"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path()); }), HasSubstr("expected a file"));
   EXPECT_THAT(ErrorOf([&] { ReadMapFile(folder_.path() / "none.deepuav"); }),
               HasSubstr("none.deepuav"));

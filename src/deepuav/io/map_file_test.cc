@@ -106,11 +106,13 @@ TEST_F(MapFileTest, AnEmptyAtlas) {
   EXPECT_TRUE(ReadMapFile(file_).atlas.Remaining().empty());
 }
 
-/// The content of a map section as version 2 had it: no model noise, no measurements.
-std::string AsVersionTwo(const std::string& content, int keyframes_with_loops) {
-  constexpr size_t kNoise = 8, kMeasurement = 21;
-  std::string old = content.substr(0, 8);
-  size_t at = 8 + kNoise;
+/// The content of a map section as version 3 had it, without normals, or version 2, without model
+/// noise and measurements, too.
+std::string AsVersion(uint32_t version, const std::string& content, int keyframes_with_loops) {
+  const size_t kNoise = version == 2 ? 8 : 0, kMeasurement = version == 2 ? 21 : 0;
+  constexpr size_t kNormal = 24, kObservation = 33;
+  std::string old = content.substr(0, 16 - kNoise);
+  size_t at = 16;
   const auto number = [&] {
     uint64_t value;
     std::memcpy(&value, content.data() + at, sizeof(value));
@@ -135,13 +137,39 @@ std::string AsVersionTwo(const std::string& content, int keyframes_with_loops) {
   copy(88 * copy_count());
   copy(16 * copy_count());
   for (uint64_t left = copy_count(); left > 0; --left) {
-    copy(100);
+    copy(64);
+    at += kNormal;
+    copy(36);
     for (uint64_t observations = copy_count(); observations > 0; --observations) {
-      copy(12);
+      copy(kObservation - kMeasurement);
       at += kMeasurement;
     }
   }
   return old + content.substr(at);
+}
+
+TEST_F(MapFileTest, VersionThreeIsReadWithoutNormals) {
+  std::string bytes = std::string(kMagic) + Bytes(uint32_t{3});
+  int maps = 0;
+  for (const Section& section : Sections(SmallFile())) {
+    const bool is_map = std::string_view(section.kind.data(), section.kind.size()) == "MAP ";
+    const std::string content =
+        is_map ? AsVersion(3, section.content, maps++ == 0 ? 2 : 0) : section.content;
+    bytes += SealedSection(section.kind, 0, content.size(), content);
+  }
+  bytes += SealedSection({'E', 'N', 'D', ' '}, 0, 0, "");
+  const LoadedAtlas whole = ReadMapFile(file_);
+  const LoadedAtlas loaded = ReadBytesAsMap(bytes);
+  int with_normal = 0;
+  loaded.atlas.At(MapId{0}).landmarks().ForEach([&](const Landmark& landmark) {
+    EXPECT_TRUE(landmark.normal_world.isZero(0));
+    const Landmark& now = whole.atlas.At(MapId{0}).At(landmark.id);
+    EXPECT_EQ(landmark.position_world, now.position_world);
+    ASSERT_EQ(landmark.observations.size(), now.observations.size());
+    EXPECT_EQ(landmark.observations[0].measured.px, now.observations[0].measured.px);
+    with_normal += !now.normal_world.isZero(0);
+  });
+  EXPECT_GT(with_normal, 0) << "else nothing is tested";
 }
 
 TEST_F(MapFileTest, VersionTwoIsReadWithoutImagesAndWithKeyPointsAsMeasurements) {
@@ -153,7 +181,7 @@ TEST_F(MapFileTest, VersionTwoIsReadWithoutImagesAndWithKeyPointsAsMeasurements)
     const bool is_map = kind == "MAP ";
     // The first map has four keyframes left that loops tie.
     const std::string content =
-        is_map ? AsVersionTwo(section.content, maps++ == 0 ? 2 : 0) : section.content;
+        is_map ? AsVersion(2, section.content, maps++ == 0 ? 2 : 0) : section.content;
     bytes += SealedSection(section.kind, 0, content.size(), content);
   }
   bytes += SealedSection({'E', 'N', 'D', ' '}, 0, 0, "");

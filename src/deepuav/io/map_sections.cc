@@ -12,6 +12,7 @@ constexpr size_t kMergedBytes = 2 * 8;
 constexpr size_t kKeypointReferenceBytes = 8 + 4;
 constexpr size_t kMeasurementFloats = 5;
 constexpr size_t kMeasurementBytes = kMeasurementFloats * sizeof(float) + 1;
+constexpr size_t kNormalBytes = 3 * 8;
 constexpr size_t kLandmarkBytes = 2 * 8 + 8 * 8 + kKeypointReferenceBytes + 2 * 4 + 8;
 constexpr size_t kImageNameBytes = 2 * 8;
 
@@ -92,6 +93,10 @@ size_t ObservationBytes(uint32_t version) {
   return kKeypointReferenceBytes + (version == kOldestMapFileVersion ? 0 : kMeasurementBytes);
 }
 
+size_t LandmarkBytes(uint32_t version) {
+  return kLandmarkBytes + (version >= kFirstWithNormals ? kNormalBytes : 0);
+}
+
 void PutKeyframe(const Keyframe& keyframe, ByteWriter* writer) {
   PutId(keyframe.id, writer);
   PutId(keyframe.frame.id, writer);
@@ -127,6 +132,7 @@ void PutLandmark(const Landmark& landmark, ByteWriter* writer) {
   PutId(landmark.created_by, writer);
   PutVector(landmark.position_world, writer);
   PutVector(landmark.mean_view_direction, writer);
+  PutVector(landmark.normal_world, writer);
   writer->Put<double>(landmark.min_distance);
   writer->Put<double>(landmark.max_distance);
   PutKeypointReference(landmark.representative, writer);
@@ -142,6 +148,7 @@ Landmark GetLandmark(uint32_t version, ByteReader* reader) {
   landmark.created_by = GetId<KeyframeId>(reader);
   landmark.position_world = GetVector(reader);
   landmark.mean_view_direction = GetVector(reader);
+  if (version >= kFirstWithNormals) landmark.normal_world = GetVector(reader);
   landmark.min_distance = reader->Get<double>();
   landmark.max_distance = reader->Get<double>();
   landmark.representative = GetKeypointReference(reader);
@@ -306,7 +313,7 @@ MapState GetMap(std::string_view content, uint32_t version, ImageNames* image_na
       throw Error("landmark {} was merged twice", from.value);
     }
   }
-  const size_t landmarks = reader.GetCount(kLandmarkBytes);
+  const size_t landmarks = reader.GetCount(LandmarkBytes(version));
   state.landmarks.reserve(landmarks);
   for (size_t i = 0; i < landmarks; ++i) state.landmarks.push_back(GetLandmark(version, &reader));
   GetImageNames(state.keyframes, &reader, image_names);

@@ -13,8 +13,10 @@
 
 namespace deepuav {
 
-/// Of the format that is written. Version 2 can be read, too.
-inline constexpr uint32_t kMapFileVersion = 3;
+/// Of the format that is written. Versions 2, without measurements, and 3, without normals, can be
+/// read, too.
+inline constexpr uint32_t kMapFileVersion = 4;
+inline constexpr uint32_t kFirstWithNormals = 4;
 inline constexpr uint32_t kOldestMapFileVersion = 2;
 
 /// What the first section of a map file tells.

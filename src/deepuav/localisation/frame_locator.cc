@@ -143,7 +143,7 @@ std::optional<PixelMeasurement> FrameLocator::MeasureByPatch(const Frame& frame,
   const LocalKeyframe& reference = local_map.keyframes[static_cast<size_t>(landmark.reference)];
   const SurfacePatch patch{landmark.reference_measured.px.cast<double>(),
                            reference.cam_from_world * landmark.position_world,
-                           reference.cam_from_world.rotation() * landmark.mean_view_direction,
+                           reference.cam_from_world.rotation() * landmark.normal_world,
                            reference.motion};
   const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
   const DetectedPixel start{keypoint.image_px.cast<double>(),

@@ -26,10 +26,17 @@ struct Landmark {
   /// distances.
   Eigen::Vector3d mean_view_direction = Eigen::Vector3d::Zero();
   double min_distance = 0, max_distance = 0;
+  /// Of the surface that it lies on, towards those who see it; zero: not known.
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();
   Observation representative;  ///< Whose descriptor stands for the landmark.
 
   int visible = 0;  ///< Frames whose view it was predicted to be in.
   int found = 0;    ///< Of these, those that matched it.
+
+  /// As well as it is known: where nothing tells, surfaces face those who see them.
+  const Eigen::Vector3d& SurfaceNormal() const {
+    return normal_world.isZero(0) ? mean_view_direction : normal_world;
+  }
 };
 
 }  // namespace deepuav

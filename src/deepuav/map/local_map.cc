@@ -163,6 +163,7 @@ std::shared_ptr<const LocalMap> MakeLocalMap(const Map& map, KeyframeId centre,
     const Landmark& landmark = map.At(id);
     local->landmarks.push_back(CopyLandmark(landmark));
     local->landmarks.back().position_noise = PositionNoise(map, landmark);
+    local->landmarks.back().normal_world = landmark.SurfaceNormal();
     ChooseReference(map, landmark, keyframes, centre_world, options.reference,
                     &local->landmarks.back());
     const Observation described = choice.Of(landmark);

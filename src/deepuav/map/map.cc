@@ -225,6 +225,7 @@ void Map::Transform(const Sim3& new_from_old) {
   landmarks_.ForEach([&](Landmark& landmark) {
     landmark.position_world = new_from_old * landmark.position_world;
     landmark.mean_view_direction = new_from_old.rotation() * landmark.mean_view_direction;
+    landmark.normal_world = new_from_old.rotation() * landmark.normal_world;
     landmark.min_distance *= new_from_old.scale();
     landmark.max_distance *= new_from_old.scale();
   });

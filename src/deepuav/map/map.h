@@ -87,6 +87,9 @@ class Map {
   void SetPosition(LandmarkId id, const Eigen::Vector3d& position_world) {
     landmarks_.At(id).position_world = position_world;
   }
+  void SetNormal(LandmarkId id, const Eigen::Vector3d& normal_world) {
+    landmarks_.At(id).normal_world = normal_world;
+  }
   void CountViews(LandmarkId id, int visible, int found);
   /// Renews mean direction and distances after poses or observations changed.
   void UpdateViewRange(LandmarkId id);

@@ -98,7 +98,11 @@ TEST(MapMoves, TransformingAMapChangesNoView) {
   for (KeyframeId id : made.keyframes) before.push_back(made.map.PoseOf(id));
   std::map<LandmarkId, Eigen::Vector3d> positions;
   made.map.landmarks().ForEach([&](const Landmark& l) { positions[l.id] = l.position_world; });
-  for (const auto& entry : positions) made.map.UpdateViewRange(entry.first);
+  const Eigen::Vector3d kNormal(0.6, 0, -0.8);
+  for (const auto& entry : positions) {
+    made.map.UpdateViewRange(entry.first);
+    made.map.SetNormal(entry.first, kNormal);
+  }
   Random random(4);
   const Sim3 new_from_old = RandomSimilarity(&random);
   made.map.Transform(new_from_old);
@@ -118,6 +122,7 @@ TEST(MapMoves, TransformingAMapChangesNoView) {
     made.map.UpdateViewRange(id);
     const Landmark& renewed = made.map.At(id);
     EXPECT_LT((moved.mean_view_direction - renewed.mean_view_direction).norm(), 1e-9);
+    EXPECT_LT((moved.normal_world - new_from_old.rotation() * kNormal).norm(), 1e-9);
     EXPECT_NEAR(moved.min_distance, renewed.min_distance, 1e-9);
     EXPECT_NEAR(moved.max_distance, renewed.max_distance, 1e-9);
   }

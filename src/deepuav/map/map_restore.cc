@@ -147,7 +147,8 @@ void CheckMerged(const std::map<LandmarkId, LandmarkId>& merged_into,
 void CheckLandmark(const Landmark& landmark) {
   const bool finite = landmark.position_world.allFinite() &&
                       landmark.mean_view_direction.allFinite() &&
-                      std::isfinite(landmark.min_distance) && std::isfinite(landmark.max_distance);
+                      landmark.normal_world.allFinite() && std::isfinite(landmark.min_distance) &&
+                      std::isfinite(landmark.max_distance);
   if (!finite) throw Error("landmark {} has values that are not finite", landmark.id.value);
   if (landmark.visible < 0 || landmark.found < 0) {
     throw Error("landmark {} was found {} times of {}: expected counts", landmark.id.value,

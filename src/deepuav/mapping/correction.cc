@@ -13,7 +13,9 @@ void MoveKeyframes(const std::vector<KeyframeMove>& moves, Map* map) {
   for (LandmarkId id : landmarks) {
     const Landmark& landmark = map->At(id);
     const auto move = new_from_old.find(landmark.representative.keyframe);
-    if (move != new_from_old.end()) map->SetPosition(id, move->second * landmark.position_world);
+    if (move == new_from_old.end()) continue;
+    map->SetPosition(id, move->second * landmark.position_world);
+    map->SetNormal(id, move->second.rotation() * landmark.normal_world);
   }
   for (LandmarkId id : landmarks) map->UpdateViewRange(id);
 }

@@ -20,7 +20,7 @@ Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas
       atlas_(atlas),
       stages_(stages),
       learned_(learned),
-      observer_(camera, options.patches, options.local_map.reference) {
+      observer_(camera, options.patches, options.local_map.reference, options.surface) {
   options_.Check();
 }
 
@@ -64,6 +64,7 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   const auto proposed = static_cast<double>(request.points.size());
   if (!(depth > 0) || map.LandmarkCount() < options_.min_start_ratio * proposed) return nullptr;
   map.Rescale(1 / depth);
+  observer_.UpdateNormals(first, &map);
   std::vector<YoungLandmark>& young = young_[map.id()];
   map.landmarks().ForEach([&young](const Landmark& landmark) { young.push_back({landmark.id}); });
   return MakeLocalMap(atlas_->Add(std::move(map)), second, options_.local_map);
@@ -102,6 +103,10 @@ std::shared_ptr<const LocalMap> Mapper::InsertKeyframe(const KeyframeRequest& re
     FuseDuplicates(&map, keyframe, camera_, options_.fusion, observer_);
   }
   AdjustLocally(keyframe, &map);
+  {
+    const StageScope stage(stages_, "lay surfaces");
+    observer_.UpdateNormals(keyframe, &map);
+  }
   CullKeyframes(keyframe, &map);
   const StageScope stage(stages_, "publish local map");
   return MakeLocalMap(map, keyframe, options_.local_map);
@@ -246,7 +251,8 @@ std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool(
 
 void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {
   camera_ = camera;
-  observer_ = PatchObserver(camera, options_.patches, options_.local_map.reference);
+  observer_ =
+      PatchObserver(camera, options_.patches, options_.local_map.reference, options_.surface);
   atlas_->MovePixels(move);
 }
 

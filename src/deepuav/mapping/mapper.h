@@ -35,6 +35,7 @@ struct MappingOptions {
   int redundant_observers = 3;    ///< ...by this many other keyframes...
   double substitute_ratio = 0.6;  ///< ...if one of them alone sees this share of all.
   PatchOptions patches;
+  SurfaceNormalOptions surface;
   ModelNoiseOptions model_noise;
   LocalMapOptions local_map;
   CreationOptions creation;
@@ -71,6 +72,7 @@ struct MappingOptions {
           "share of a new map's landmarks that must outlast its first adjustment", Between(0, 1));
     visit.Part("local_map", local_map);
     visit.Part("reference", local_map.reference);
+    visit.Part("surface", surface);
     visit.Part("model_noise", model_noise);
     visit.Part("creation", creation);
     visit.Part("epipolar", creation.epipolar);

@@ -1,6 +1,11 @@
 #include "deepuav/mapping/patch_observation.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "deepuav/features/readout_correction.h"
+#include "deepuav/map/landmark_noise.h"
 #include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
@@ -10,6 +15,28 @@ DetectedPixel Detected(const Keyframe& keyframe, int keypoint, const Camera& cam
   const Keypoint& detected = keyframe.features().keypoints[static_cast<size_t>(keypoint)];
   const ReadoutMotion motion = keyframe.motion();
   return {detected.image_px.cast<double>(), PixelInRow(detected, motion, camera), motion};
+}
+
+SurfacePoint SeenFrom(const Keyframe& keyframe, const Landmark& landmark) {
+  const Eigen::Vector3d point = keyframe.cam_from_world * landmark.position_world;
+  return {point.head<2>() / point.z(), 1 / point.z()};
+}
+
+/// All landmarks that the keyframe sees.
+std::vector<SurfacePoint> SurfacePoints(const Map& map, const Keyframe& keyframe, double focal_px) {
+  const Eigen::Vector3d axis_world =
+      keyframe.cam_from_world.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+  std::vector<SurfacePoint> points;
+  for (const LandmarkId id : keyframe.landmarks) {
+    if (!id.valid()) continue;
+    const Landmark& landmark = map.At(id);
+    SurfacePoint point = SeenFrom(keyframe, landmark);
+    if (!(point.inverse_depth > 0)) continue;
+    const double depth_variance = axis_world.dot(PositionNoise(map, landmark) * axis_world);
+    point.sigma = std::sqrt(depth_variance) / focal_px * point.inverse_depth * point.inverse_depth;
+    points.push_back(point);
+  }
+  return points;
 }
 
 }  // namespace
@@ -39,7 +66,7 @@ std::optional<PixelMeasurement> PatchObserver::Measure(const Map& map, const Lan
       [id](const Observation& observation) { return observation.keyframe != id; }, reference_);
   if (!reference) return std::nullopt;
   return MeasureBy(map.At(reference->keyframe), reference->measured, landmark.position_world,
-                   landmark.mean_view_direction, keyframe, Detected(keyframe, keypoint, camera_));
+                   landmark.SurfaceNormal(), keyframe, Detected(keyframe, keypoint, camera_));
 }
 
 std::optional<PixelMeasurement> PatchObserver::ReferenceMeasurement(
@@ -64,18 +91,45 @@ std::optional<PixelMeasurement> PatchObserver::MeasurePair(const Keyframe& refer
                    Detected(keyframe, keypoint, camera_));
 }
 
-void PatchObserver::RemeasureAll(Map* map) const {
-  if (!options_.enabled) return;
-  std::vector<LandmarkId> landmarks;
-  map->landmarks().ForEach([&](const Landmark& landmark) { landmarks.push_back(landmark.id); });
-  for (LandmarkId id : landmarks) Remeasure(map->At(id), map);
+void PatchObserver::UpdateNormals(KeyframeId keyframe, Map* map) const {
+  std::vector<LandmarkId> seen;
+  for (const LandmarkId landmark : map->At(keyframe).landmarks) {
+    if (landmark.valid()) seen.push_back(landmark);
+  }
+  UpdateNormals(keyframe, seen, map);
 }
 
-void PatchObserver::Remeasure(const Landmark& landmark, Map* map) const {
-  const Observation* middle = MiddleObservation(*map, landmark, reference_);
-  if (!middle) return;
-  const Keyframe& reference = map->At(middle->keyframe);
-  const PixelMeasurement by_definition{middle->measured.px, options_.min_sigma_px, true};
+void PatchObserver::UpdateNormals(KeyframeId id, const std::vector<LandmarkId>& landmarks,
+                                  Map* map) const {
+  if (!options_.enabled || !surface_.enabled) return;
+  const Keyframe& keyframe = map->At(id);
+  const SurfaceNormals surface(SurfacePoints(*map, keyframe, camera_.pinhole.fx),
+                               camera_.pinhole.fx, surface_);
+  const Eigen::Quaterniond world_from_cam = keyframe.cam_from_world.rotation().conjugate();
+  for (const LandmarkId landmark : landmarks) {
+    const SurfacePoint point = SeenFrom(keyframe, map->At(landmark));
+    if (point.inverse_depth > 0) map->SetNormal(landmark, world_from_cam * surface.At(point));
+  }
+}
+
+void PatchObserver::RemeasureAll(Map* map) const {
+  if (!options_.enabled) return;
+  std::map<KeyframeId, std::vector<LandmarkId>> by_reference;
+  map->landmarks().ForEach([&](const Landmark& landmark) {
+    if (const Observation* middle = MiddleObservation(*map, landmark, reference_))
+      by_reference[middle->keyframe].push_back(landmark.id);
+  });
+  for (const auto& [reference, landmarks] : by_reference) {
+    UpdateNormals(reference, landmarks, map);
+    for (const LandmarkId landmark : landmarks)
+      Remeasure(map->At(landmark), map->At(reference), map);
+  }
+}
+
+void PatchObserver::Remeasure(const Landmark& landmark, const Keyframe& reference, Map* map) const {
+  const Observation& middle =
+      *std::ranges::find(landmark.observations, reference.id, &Observation::keyframe);
+  const PixelMeasurement by_definition{middle.measured.px, options_.min_sigma_px, true};
   const std::vector<Observation> observations = landmark.observations;
   for (const Observation& observation : observations) {
     const Keyframe& keyframe = map->At(observation.keyframe);
@@ -87,7 +141,7 @@ void PatchObserver::Remeasure(const Landmark& landmark, Map* map) const {
     const auto start = InRow(observation.measured, landmark, keyframe);
     if (!start) continue;
     const auto measured = MeasureBy(reference, by_definition, landmark.position_world,
-                                    landmark.mean_view_direction, keyframe, *start);
+                                    landmark.SurfaceNormal(), keyframe, *start);
     if (measured) map->SetMeasurement(keyframe.id, landmark.id, *measured);
   }
 }

@@ -136,6 +136,34 @@ TEST_F(PatchObserverTest, RemeasuringMakesAllAgreeWithTheMiddleView) {
   for (int view = 1; view < 5; ++view) EXPECT_LT(ErrorPx(map_.At(id), view), 0.2) << view;
 }
 
+TEST_F(PatchObserverTest, KnowsTheSurfaceThatLandmarksLieOn) {
+  for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
+    const LandmarkId id = AddLandmark(i);
+    for (int view = 1; view < 5; ++view) observer_.AddObservation(&map_, {view}, i, id);
+    map_.UpdateViewRange(id);
+    EXPECT_EQ(map_.At(id).SurfaceNormal(), map_.At(id).mean_view_direction) << "not known yet";
+  }
+  const auto expect_normals_of_the_plane = [&] {
+    const Eigen::Vector3d truth = -world_.Normal().normalized();
+    map_.landmarks().ForEach([&](const Landmark& landmark) {
+      EXPECT_GT(landmark.SurfaceNormal().dot(truth), std::cos(0.03));
+      EXPECT_LT(landmark.mean_view_direction.dot(truth), std::cos(0.2));
+    });
+  };
+  observer_.UpdateNormals({2}, &map_);
+  expect_normals_of_the_plane();
+  map_.landmarks().ForEach(
+      [&](const Landmark& landmark) { map_.SetNormal(landmark.id, Eigen::Vector3d::Zero()); });
+  observer_.RemeasureAll(&map_);
+  expect_normals_of_the_plane();
+
+  const PatchObserver facing(camera_, PatchOptions{}, ReferenceViewOptions{}, {.enabled = false});
+  map_.landmarks().ForEach(
+      [&](const Landmark& landmark) { map_.SetNormal(landmark.id, Eigen::Vector3d::Zero()); });
+  facing.UpdateNormals({2}, &map_);
+  EXPECT_EQ(map_.At(LandmarkId{0}).normal_world, Eigen::Vector3d::Zero());
+}
+
 TEST_F(PatchObserverTest, WithoutImagesNothingIsRemeasured) {
   const LandmarkId id = AddLandmark(2);
   map_.AddObservation({1}, 2, id);

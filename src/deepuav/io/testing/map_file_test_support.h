@@ -16,7 +16,7 @@
 namespace deepuav {
 
 inline constexpr std::string_view kMagic = "\x89UAVMAP\n";
-inline constexpr uint32_t kVersion = 3;
+inline constexpr uint32_t kVersion = 4;
 inline constexpr size_t kHeaderBytes = 12, kHeadBytes = 24, kDigestBytes = 32;
 
 struct Section {

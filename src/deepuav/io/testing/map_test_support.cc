@@ -65,6 +65,7 @@ void AddLandmarks(int keypoints, const std::vector<KeyframeId>& keyframes, Rando
         map->AddObservation(keyframes[view], k, id, RandomMeasurement(random));
       }
       map->CountViews(id, 7 + k, 3 + k);
+      map->SetNormal(id, RandomVector(random).normalized());
     }
   }
 }
@@ -132,6 +133,7 @@ void ExpectSameLandmark(const Landmark& a, const Landmark& b) {
   EXPECT_EQ(a.created_by, b.created_by);
   EXPECT_TRUE(SameBits(a.position_world, b.position_world));
   EXPECT_TRUE(SameBits(a.mean_view_direction, b.mean_view_direction));
+  EXPECT_TRUE(SameBits(a.normal_world, b.normal_world));
   EXPECT_EQ(a.min_distance, b.min_distance);
   EXPECT_EQ(a.max_distance, b.max_distance);
   EXPECT_EQ(a.visible, b.visible);

@@ -1,0 +1,122 @@
+#include "deepuav/patches/surface_normals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "deepuav/base/random.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kFocalPx = 400;
+
+/// The plane of points X with normal X = offset, as a camera in the origin sees it.
+struct SeenPlane {
+  Eigen::Vector3d normal;
+  double offset = 0;
+
+  SurfacePoint At(const Eigen::Vector2d& direction) const {
+    return {direction, normal.dot(direction.homogeneous()) / offset};
+  }
+  Eigen::Vector3d TowardsCamera() const { return -normal.normalized(); }
+};
+
+/// Ground 20 below a camera that looks ahead, 40 degrees down.
+SeenPlane Ground() {
+  const double down_rad = 40 * M_PI / 180;
+  return {{0, std::cos(down_rad), std::sin(down_rad)}, 20};
+}
+
+std::vector<SurfacePoint> Around(const SeenPlane& plane, int count, Random* random) {
+  std::vector<SurfacePoint> points;
+  for (int i = 0; i < count; ++i)
+    points.push_back(plane.At({random->Uniform(-0.1, 0.3), random->Uniform(-0.1, 0.3)}));
+  return points;
+}
+
+double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
+}
+
+SurfacePoint Middle(const SeenPlane& plane) { return plane.At({0.1, 0.1}); }
+
+Eigen::Vector3d Facing(const SurfacePoint& point) {
+  return -point.direction.homogeneous().normalized();
+}
+
+TEST(SurfaceNormals, OfAPlane) {
+  Random random(1);
+  const SeenPlane ground = Ground();
+  const SurfaceNormals normals(Around(ground, 60, &random), kFocalPx, {});
+  const Eigen::Vector3d normal = normals.At(Middle(ground));
+  EXPECT_NEAR(normal.norm(), 1, 1e-12);
+  EXPECT_LT(AngleDeg(normal, ground.TowardsCamera()), 0.5);
+  EXPECT_GT(AngleDeg(Facing(Middle(ground)), ground.TowardsCamera()), 40) << "what is to be found";
+}
+
+TEST(SurfaceNormals, AThirdOfThePointsLyingElsewhereDoesNotBendIt) {
+  Random random(2);
+  const SeenPlane ground = Ground();
+  std::vector<SurfacePoint> points = Around(ground, 90, &random);
+  for (size_t i = 0; i < points.size(); i += 3) points[i].inverse_depth *= random.Uniform(1.3, 2);
+  EXPECT_LT(
+      AngleDeg(SurfaceNormals(points, kFocalPx, {}).At(Middle(ground)), ground.TowardsCamera()), 6);
+}
+
+TEST(SurfaceNormals, PointsOfUnknownDistanceTellNothing) {
+  Random random(3);
+  const SeenPlane ground = Ground();
+  std::vector<SurfacePoint> points = Around(ground, 120, &random);
+  for (size_t i = 0; i < points.size(); i += 2) {
+    points[i].inverse_depth *= 1 + random.Gaussian(0.3);
+    points[i].sigma = 0.3 * points[i].inverse_depth;
+  }
+  const SurfaceNormalOptions options{.neighbours = 40};
+  const double known = AngleDeg(SurfaceNormals(points, kFocalPx, options).At(Middle(ground)),
+                                ground.TowardsCamera());
+  for (SurfacePoint& point : points) point.sigma = 0;
+  const double taken_for_known = AngleDeg(
+      SurfaceNormals(points, kFocalPx, options).At(Middle(ground)), ground.TowardsCamera());
+  EXPECT_LT(known, 3);
+  EXPECT_LT(known, 0.5 * taken_for_known);
+}
+
+TEST(SurfaceNormals, FacesTheCameraWhereNothingTells) {
+  Random random(4);
+  const SeenPlane ground = Ground();
+  const SurfacePoint middle = Middle(ground);
+  EXPECT_LT(AngleDeg(SurfaceNormals({}, kFocalPx, {}).At(middle), Facing(middle)), 1e-6);
+  EXPECT_LT(AngleDeg(SurfaceNormals({middle}, kFocalPx, {}).At(middle), Facing(middle)), 1e-6)
+      << "itself alone";
+  const std::vector<SurfacePoint> points = Around(ground, 60, &random);
+  EXPECT_LT(
+      AngleDeg(SurfaceNormals(points, kFocalPx, {.enabled = false}).At(middle), Facing(middle)),
+      1e-6);
+  EXPECT_LT(AngleDeg(SurfaceNormals(points, kFocalPx, {.max_distance_px = 1e-3}).At(middle),
+                     Facing(middle)),
+            1e-6)
+      << "too far away";
+}
+
+TEST(SurfaceNormals, PointsOnALineLeaveTheSlopeAcrossToThePrior) {
+  const SeenPlane ground = Ground();
+  std::vector<SurfacePoint> points;
+  for (int i = -6; i <= 6; ++i) points.push_back(ground.At({0.1 + 0.01 * i, 0.1}));
+  const Eigen::Vector3d normal = SurfaceNormals(points, kFocalPx, {}).At(Middle(ground));
+  EXPECT_TRUE(normal.allFinite());
+  // Along the line the inverse depth is that of the ground.
+  const Eigen::Vector3d along =
+      ground.At({0.15, 0.1}).direction.homogeneous() / ground.At({0.15, 0.1}).inverse_depth -
+      ground.At({0.1, 0.1}).direction.homogeneous() / ground.At({0.1, 0.1}).inverse_depth;
+  EXPECT_NEAR(normal.dot(along.normalized()), 0, 0.01);
+}
+
+TEST(SurfaceNormalOptions, RefusesWhatCannotBe) {
+  EXPECT_ANY_THROW(SurfaceNormalOptions{.neighbours = 2}.Check());
+  EXPECT_ANY_THROW(SurfaceNormalOptions{.slope_sigma = 0}.Check());
+  EXPECT_NO_THROW(SurfaceNormalOptions{}.Check());
+}
+
+}  // namespace
+}  // namespace deepuav
