@@ -8,8 +8,8 @@
 namespace deepuav {
 
 struct ReferenceViewOptions {
-  double max_angle_deg = 15;      ///< Between the directions from which two views see a landmark.
-  double max_scale_change = 1.5;  ///< Of their distances to it.
+  double max_angle_deg = 30;    ///< Between the directions from which two views see a landmark.
+  double max_scale_change = 2;  ///< Of their distances to it.
 
   void Check() const;
   template <typename Visitor>
