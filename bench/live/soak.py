@@ -2,7 +2,7 @@
 """A live run over a long time: a camera on the network shows a flight again and again, and its link drops now and then.
 Tells how memory, maps and latency were. Its images are JPEGs made of the dataset's.
 
-  soak.py DEEPUAV DATASET CAMERA_YAML [--minutes 60] [--reconnects 20] [--rate 20] [--out FOLDER]
+  soak.py DEEPUAV DATASET CAMERA_YAML [--minutes 60] [--reconnects 20] [--rate 20] [--out FOLDER] [--set NAME=VALUE ...]
 """
 import argparse
 import io
@@ -23,7 +23,7 @@ import program_under_test
 AWAY_S = 3  # How long a dropped link stays away.
 QUALITY = 95
 SAMPLE_S = 5
-RECORDS_FULL_MIN = 5  # At 20 images a second the bounded records of frames are full by then.
+RECORDS_FULL_MIN = 12  # The bounded records of frames are full after 8 min at 20 images a second, later where some are left out.
 
 
 def pictures(dataset):
@@ -39,7 +39,8 @@ def fly(arguments, images, out):
     """Resident MB over the run, and the run."""
     camera = live_test.Camera()
     camera.show(images)
-    live = live_test.Live(camera.address, out, "--camera", arguments.camera, "--timeout", "1")
+    settings = [word for setting in arguments.set for word in ("--set", setting)]
+    live = live_test.Live(camera.address, out, "--camera", arguments.camera, "--timeout", "1", *settings)
     began, dropped, memory = time.monotonic(), 0, []
     while (passed_min := (time.monotonic() - began) / 60) < arguments.minutes and live.process.poll() is None:
         time.sleep(SAMPLE_S)
@@ -63,6 +64,7 @@ def main():
     parser.add_argument("--reconnects", type=int, default=20)
     parser.add_argument("--rate", type=float, default=20, help="images a second")
     parser.add_argument("--out", type=Path, help="keeps the run; otherwise it is removed")
+    parser.add_argument("--set", action="append", default=[], help="an option of the run, as of `deepuav live`")
     arguments = parser.parse_args()
     program_under_test.DEEPUAV, live_test.RATE_HZ = arguments.deepuav, arguments.rate
     with tempfile.TemporaryDirectory(prefix="deepuav-soak-") as folder:

@@ -134,4 +134,19 @@ class FeatureWorld {
   std::vector<std::vector<float>> descriptors_;
 };
 
+/// Descriptors on the image turned by 90, 180 and 270 degrees: those of `features` at
+/// `upright_turns` quarter turns, random ones at the others, as a network gives that knows
+/// one heading only.
+inline std::vector<Descriptors> TurnedOf(const Features& features, int upright_turns,
+                                         Random* random) {
+  std::vector<Descriptors> turned;
+  for (int turns = 1; turns < 4; ++turns) {
+    turned.push_back(turns == upright_turns
+                         ? features.descriptors
+                         : RandomFeatures(features.size(), 10, 10, FeatureWorld::kDimension, random)
+                               .descriptors);
+  }
+  return turned;
+}
+
 }  // namespace deepuav

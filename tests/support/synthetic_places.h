@@ -20,20 +20,6 @@ inline Vocabulary VocabularyOf(const std::vector<SyntheticView>& views) {
   return VocabularyOf(images);
 }
 
-/// Descriptors on the image turned by 90, 180 and 270 degrees: those of `features` at
-/// `upright_turns` quarter turns, random ones at the others.
-inline std::vector<Descriptors> TurnedOf(const Features& features, int upright_turns,
-                                         Random* random) {
-  std::vector<Descriptors> turned;
-  for (int turns = 1; turns < 4; ++turns) {
-    turned.push_back(turns == upright_turns
-                         ? features.descriptors
-                         : RandomFeatures(features.size(), 10, 10, FeatureWorld::kDimension, random)
-                               .descriptors);
-  }
-  return turned;
-}
-
 /// The same key points with other descriptors.
 inline SyntheticView Redescribed(const SyntheticView& view, Random* random) {
   SyntheticView other = view;

@@ -15,6 +15,12 @@ auto FindObservation(const std::vector<Observation>& observations, KeyframeId ke
                           [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
 }
 
+/// The camera seen from the keyframe once the keyframe has this scale.
+SE3 InScale(const AnchoredPose& anchored, double scale) {
+  const SE3& cam = anchored.cam_from_keyframe;
+  return SE3(cam.rotation(), scale / anchored.keyframe_scale * cam.translation());
+}
+
 }  // namespace
 
 int Keyframe::LandmarkCount() const {
@@ -277,25 +283,45 @@ std::vector<KeyframeId> Map::Covisible(KeyframeId id, int min_shared, int max_co
 }
 
 SE3 Map::PoseOf(const AnchoredPose& pose) const {
+  const AnchoredPose anchored = OnRemaining(pose);
+  const Keyframe& keyframe = keyframes_.At(anchored.keyframe);
+  return InScale(anchored, keyframe.scale) * keyframe.cam_from_world;
+}
+
+AnchoredPose Map::OnRemaining(const AnchoredPose& pose) const {
   AnchoredPose anchored = pose;
-  const auto in_scale = [&anchored](double scale) {
-    const SE3& cam = anchored.cam_from_keyframe;
-    return SE3(cam.rotation(), scale / anchored.keyframe_scale * cam.translation());
-  };
   for (auto culled = culled_.find(anchored.keyframe); culled != culled_.end();
        culled = culled_.find(anchored.keyframe)) {
     const AnchoredPose& next = culled->second.pose;
-    anchored = {next.keyframe, in_scale(culled->second.scale) * next.cam_from_keyframe,
+    anchored = {next.keyframe, InScale(anchored, culled->second.scale) * next.cam_from_keyframe,
                 next.keyframe_scale};
   }
-  const Keyframe& keyframe = keyframes_.At(anchored.keyframe);
-  return in_scale(keyframe.scale) * keyframe.cam_from_world;
+  return anchored;
 }
 
 KeyframeId Map::Remaining(KeyframeId id) const {
   for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id))
     id = culled->second.pose.keyframe;
   return id;
+}
+
+void Map::ForgetRemovedBut(const std::vector<KeyframeId>& keyframes,
+                           const std::vector<LandmarkId>& landmarks) {
+  for (const KeyframeId id : keyframes) {
+    const auto found = culled_.find(id);
+    if (found != culled_.end()) found->second.pose = OnRemaining(found->second.pose);
+  }
+  for (const LandmarkId id : landmarks) {
+    const auto found = merged_into_.find(id);
+    if (found != merged_into_.end()) found->second = Current(id).value_or(LandmarkId{});
+  }
+  std::erase_if(culled_, [&](const auto& entry) {
+    return !std::binary_search(keyframes.begin(), keyframes.end(), entry.first);
+  });
+  std::erase_if(merged_into_, [&](const auto& entry) {
+    return !entry.second.valid() ||
+           !std::binary_search(landmarks.begin(), landmarks.end(), entry.first);
+  });
 }
 
 double Map::MedianDepth(KeyframeId id) const {

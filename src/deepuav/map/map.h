@@ -114,8 +114,15 @@ class Map {
   SE3 PoseOf(KeyframeId id) const { return PoseOf(AnchoredPose{id, SE3(), 1}); }
   /// The same for a camera seen from such a keyframe.
   SE3 PoseOf(const AnchoredPose& pose) const;
+  /// The same camera, seen from the keyframe that remains where its own was culled.
+  AnchoredPose OnRemaining(const AnchoredPose& pose) const;
   /// The keyframe itself or, if it was culled, the remaining one its pose hangs on.
   KeyframeId Remaining(KeyframeId id) const;
+
+  /// Of what was removed, keeps only where these keyframes were and what stands for these landmarks
+  /// now, both by rising id. The others must not be asked for any more.
+  void ForgetRemovedBut(const std::vector<KeyframeId>& keyframes,
+                        const std::vector<LandmarkId>& landmarks);
 
   double MedianDepth(KeyframeId id) const;
 

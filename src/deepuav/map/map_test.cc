@@ -255,5 +255,84 @@ TEST(Map, MedianDepthOfWhatAKeyframeSees) {
   EXPECT_DOUBLE_EQ(builder.map.MedianDepth(b), 5);
 }
 
+/// A map in which keyframe 0 and its landmark stay while others come, are fused into that landmark
+/// and go.
+struct Churn {
+  explicit Churn(uint64_t seed) : builder(seed, 5), root(builder.AddKeyframe()) {
+    const KeyframeId second = builder.AddKeyframe();
+    builder.map.ConnectToParent(second, root);
+    kept = builder.AddLandmark({root, second}, 0);
+    last = second;
+  }
+
+  void Step() {
+    const KeyframeId keyframe = builder.AddKeyframe(RandomPose(&builder.random));
+    builder.map.ConnectToParent(keyframe, last);
+    const int free = 1 + static_cast<int>(merged.size() % 2);  // The other shows `kept`.
+    const LandmarkId landmark = builder.AddLandmark({last, keyframe}, free);
+    merged.push_back(landmark);
+    builder.map.MergeLandmark(landmark, kept);
+    culled.push_back(last);
+    poses.push_back(builder.map.PoseOf(last));
+    builder.map.RemoveKeyframe(last);
+    last = keyframe;
+  }
+
+  MapBuilder builder;
+  KeyframeId root, last;
+  LandmarkId kept;
+  std::vector<LandmarkId> merged;
+  std::vector<KeyframeId> culled;
+  std::vector<SE3> poses;
+};
+
+TEST(Map, ForgetsWhatWasRemovedButWhatIsAskedFor) {
+  Churn churn(30);
+  for (int i = 0; i < 40; ++i) churn.Step();
+  Map& map = churn.builder.map;
+  ASSERT_EQ(map.culled().size(), 40u);
+  ASSERT_EQ(map.merged_into().size(), 40u);
+  map.ForgetRemovedBut({churn.root, churn.culled[3], churn.culled[20], KeyframeId{999}},
+                       {churn.kept, churn.merged[7], LandmarkId{999}});
+  ASSERT_NO_FATAL_FAILURE(CheckConsistent(map));
+  EXPECT_EQ(map.culled().size(), 2u);
+  EXPECT_EQ(map.merged_into().size(), 1u);
+  for (const size_t i : {3u, 20u}) {
+    EXPECT_LT(PoseDifference(map.PoseOf(churn.culled[i]), churn.poses[i]), 1e-12) << i;
+    EXPECT_TRUE(map.Contains(map.culled().at(churn.culled[i]).pose.keyframe)) << i;
+  }
+  EXPECT_EQ(map.Current(churn.merged[7]), churn.kept);
+  EXPECT_EQ(map.Current(churn.kept), churn.kept);
+  EXPECT_FALSE(map.Current(churn.merged[8]));
+}
+
+TEST(Map, PosesOnRemainingKeyframesAreTheSameToTheBit) {
+  Churn churn(31);
+  for (int i = 0; i < 20; ++i) churn.Step();
+  Map& map = churn.builder.map;
+  map.Rescale(1.7);
+  for (const KeyframeId id : churn.culled) {
+    const AnchoredPose pose{id, RandomPose(&churn.builder.random), 0.8};
+    const AnchoredPose moved = map.OnRemaining(pose);
+    EXPECT_TRUE(map.Contains(moved.keyframe));
+    EXPECT_EQ(map.PoseOf(pose).translation(), map.PoseOf(moved).translation());
+    EXPECT_EQ(map.PoseOf(pose).rotation().coeffs(), map.PoseOf(moved).rotation().coeffs());
+  }
+  const AnchoredPose there{churn.root, RandomPose(&churn.builder.random), 0.8};
+  EXPECT_EQ(map.OnRemaining(there).keyframe, churn.root);
+}
+
+TEST(Map, ReplacementsOfWhatIsGoneAreForgottenEvenWhereAskedFor) {
+  Churn churn(32);
+  churn.Step();
+  Map& map = churn.builder.map;
+  const LandmarkId merged = churn.merged.front();
+  map.RemoveLandmark(churn.kept);
+  EXPECT_FALSE(map.Current(merged));
+  map.ForgetRemovedBut({}, {merged});
+  EXPECT_TRUE(map.merged_into().empty());
+  EXPECT_FALSE(map.Current(merged));
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -31,9 +31,13 @@ void ThreadedLane::Submit(KeyframeRequest request) {
     if (failure_) std::rethrow_exception(failure_);
     return back_end_->InsertKeyframe(kept);
   });
-  following_ = Enqueue<void>([this] {
+  following_ = Follow([this] { back_end_->CloseLoops(); });
+}
+
+std::future<void> ThreadedLane::Follow(std::function<void()> work) {
+  return Enqueue<void>([this, work = std::move(work)] {
     try {
-      back_end_->CloseLoops();
+      work();
     } catch (...) {
       failure_ = std::current_exception();
     }

@@ -27,6 +27,8 @@ class MappingLane {
   virtual void Settle() = 0;
   /// Has `visit` called between two changes of the atlas, once the work at hand is done.
   virtual void Visit(std::function<void()> visit) = 0;
+  /// The same where `change` changes the atlas: Settle() waits for it.
+  virtual void Change(std::function<void()> change) = 0;
 };
 
 /// Maps in the calling thread.
@@ -44,6 +46,7 @@ class SequentialLane : public MappingLane {
   LocalMapPtr Collect() override { return std::move(local_map_); }
   void Settle() override {}
   void Visit(std::function<void()> visit) override { visit(); }
+  void Change(std::function<void()> change) override { change(); }
 
  private:
   BackEnd* back_end_;
@@ -61,19 +64,23 @@ class ThreadedLane : public MappingLane {
   LocalMapPtr Collect() override { return under_way_.get(); }
   void Settle() override;
   void Visit(std::function<void()> visit) override { tasks_.Push(std::move(visit)); }
+  void Change(std::function<void()> change) override { following_ = Follow(std::move(change)); }
 
  private:
-  /// A keyframe's insertion and what follows it, a visit, and another's insertion behind them.
-  static constexpr size_t kMostTasks = 4;
+  /// A keyframe's insertion and what follows it, a visit, a change, and another's insertion behind
+  /// them.
+  static constexpr size_t kMostTasks = 5;
 
   template <typename Result>
   std::future<Result> Enqueue(std::function<Result()> work);
+  /// What fails is told by what comes after it.
+  std::future<void> Follow(std::function<void()> work);
 
   BackEnd* back_end_;
   BoundedQueue<std::function<void()>> tasks_{kMostTasks};
   std::future<LocalMapPtr> under_way_;
-  std::future<void> following_;  ///< Of the newest keyframe: the closing of loops.
-  std::exception_ptr failure_;   ///< Of closing loops; touched by the thread, or once settled.
+  std::future<void> following_;  ///< Of the newest that no one collects: Follow.
+  std::exception_ptr failure_;   ///< Of these; touched by the thread, or once settled.
   std::thread thread_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "deepuav/base/logging.h"
 #include "deepuav/system/calibration_correction.h"
@@ -155,7 +156,8 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
       }
       result->frames.push_back(Process(*frame, mapping, live));
       records.Limit(&result->frames);
-      result->forgotten_frames = records.forgotten();
+      if (std::exchange(result->forgotten_frames, records.forgotten()) != records.forgotten())
+        ForgetRemoved(mapping, *result);
       if (observer_) observer_->OnFrame(result->frames.back(), *frame);
       if (progress) progress(result->frames.back());
       if (meanwhile_.due && meanwhile_.due()) SaveMeanwhile(mapping, *result);
@@ -284,6 +286,12 @@ void Slam::SaveMeanwhile(MappingLane* mapping, const SlamResult& result) {
     PlaceInMaps(copy, &so_far->frames);
     meanwhile_.take(std::move(*so_far), std::move(copy));
   });
+}
+
+void Slam::ForgetRemoved(MappingLane* mapping, const SlamResult& result) {
+  auto referred =
+      std::make_shared<MapReferences>(ReferencesOf(result.frames, tracker_.local_map()));
+  mapping->Change([this, referred] { forgetter_.Forget(std::move(*referred), &atlas_); });
 }
 
 void Slam::AdjustAll(const std::function<bool()>& stop, SlamResult* result) {

@@ -19,6 +19,7 @@
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/inertial_bridge.h"
 #include "deepuav/system/inertial_gauge.h"
+#include "deepuav/system/map_references.h"
 #include "deepuav/system/mapping_lane.h"
 #include "deepuav/system/record_limits.h"
 #include "deepuav/system/run_observer.h"
@@ -130,7 +131,7 @@ struct SlamResult {
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
-  int doubtful_photographs = 0;  ///< Of a survey: SurveyOutcome::doubtful.
+  int doubtful_photographs = 0;                       ///< Of a survey: SurveyOutcome::doubtful.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
@@ -209,6 +210,8 @@ class Slam {
   void FollowInUnchangedMap(TrackingResult* result);
   SlamResult ResultSoFar(const SlamResult& result) const;
   void SaveMeanwhile(MappingLane* mapping, const SlamResult& result);
+  /// Has the maps forget what no frame refers to any more, once frames were forgotten.
+  void ForgetRemoved(MappingLane* mapping, const SlamResult& result);
   void AdjustAll(const std::function<bool()>& stop, SlamResult* result);
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
@@ -248,6 +251,7 @@ class Slam {
   KeyframeId first_new_keyframe_{0};    ///< Those before it came with Load.
   KeyframeId surroundings_of_;  ///< Where the Tracker's local map was made, for localise_only.
   std::optional<FrameId> keyframe_under_way_;
+  RemovedForgetter forgetter_;  ///< Used with the atlas.
   struct Meanwhile {
     std::function<bool()> due;
     std::function<void(SlamResult, Atlas)> take;

@@ -78,6 +78,8 @@ class Tracker {
   /// Goes on with a newer copy of the surroundings, which may have become part of another map;
   /// poses move with their reference keyframe.
   void UseLocalMap(std::shared_ptr<const LocalMap> local_map);
+  /// What it tracks in; null before the first map.
+  const LocalMap* local_map() const { return local_map_.get(); }
 
  private:
   TrackingResult Initialise(const Frame& frame);

@@ -66,13 +66,14 @@ void ViewObserver::AddToPath(const FrameRecord& record) {
   std::erase_if(path_, [this](const PathFrame& frame) { return frame.id.value % every_ != 0; });
 }
 
-std::vector<Eigen::Vector3f> ViewObserver::PathIn(const Map& map) const {
+std::vector<Eigen::Vector3f> ViewObserver::PathIn(const Map& map) {
   const std::scoped_lock lock(mutex_);
   std::vector<Eigen::Vector3f> path;
   path.reserve(path_.size());
-  for (const PathFrame& frame : path_) {
+  for (PathFrame& frame : path_) {
     const KeyframeId anchor = frame.pose.keyframe;
     if (!map.Contains(anchor) && !map.culled().contains(anchor)) continue;  // Of another map.
+    frame.pose = map.OnRemaining(frame.pose);  // The map may forget those that were removed.
     path.push_back(map.PoseOf(frame.pose).Inverse().translation().cast<float>());
   }
   return path;

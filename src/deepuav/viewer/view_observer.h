@@ -33,11 +33,11 @@ class ViewObserver : public RunObserver {
   };
 
   void AddToPath(const FrameRecord& record);
-  std::vector<Eigen::Vector3f> PathIn(const Map& map) const;
+  std::vector<Eigen::Vector3f> PathIn(const Map& map);
 
   const Camera camera_;
   ViewModel* const model_;
-  mutable std::mutex mutex_;
+  std::mutex mutex_;
   std::deque<PathFrame> path_;
   int64_t every_ = 1;  ///< Which frames are on the path: every so many-th.
   // Of the mapping's thread alone.

@@ -31,20 +31,6 @@ inline SyntheticWorld Ground(uint64_t seed) {
   return world;
 }
 
-/// The descriptors of `features` where the image is turned so that the landmarks look as upright,
-/// random ones at other headings: what a network that knows one heading only would give.
-inline std::vector<Descriptors> TurnedOf(const Features& features, int upright_turns,
-                                         Random* random) {
-  std::vector<Descriptors> turned;
-  for (int turns = 1; turns < 4; ++turns) {
-    turned.push_back(turns == upright_turns
-                         ? features.descriptors
-                         : RandomFeatures(features.size(), 10, 10, FeatureWorld::kDimension, random)
-                               .descriptors);
-  }
-  return turned;
-}
-
 /// A map of a straight flight along x, heading along x.
 class RelocaliserTest : public testing::Test {
  protected:
