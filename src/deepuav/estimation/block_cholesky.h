@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "deepuav/estimation/six_rows.h"
+
 namespace deepuav {
 
 /// The lower triangle of a sparse symmetric matrix of square blocks: block column i holds the
@@ -76,9 +78,6 @@ class BlockCholesky {
     const BlockPattern& factor = elimination_.factor();
     values_.resize(kBlockValues * factor.rows.size());
     slot_of_row_.resize(factor.columns());
-    int most = 0;
-    for (int i = 0; i < factor.columns(); ++i) most = std::max(most, factor.blocks(i));
-    product_.resize(kSize * most, kSize);
   }
 
   const BlockElimination& elimination() const { return elimination_; }
@@ -178,14 +177,19 @@ class BlockCholesky {
          ++i) {
       const BlockElimination::Place& place = elimination_.places()[i];
       const auto earlier = FactorColumn(place.column);
-      const int blocks = factor.blocks(place.column) - place.slot;
+      const int blocks = factor.blocks(place.column);
       const Block block = earlier.template middleRows<kSize>(kSize * place.slot);
-      auto product = product_.topRows(kSize * blocks);
-      product = earlier.bottomRows(kSize * blocks).lazyProduct(block.transpose());
-      const int* rows = &factor.rows[factor.begin[place.column] + place.slot];
-      for (int k = 0; k < blocks; ++k) {
-        panel.template middleRows<kSize>(kSize * slot_of_row_[rows[k]]) -=
-            product.template middleRows<kSize>(kSize * k);
+      const int* rows = &factor.rows[factor.begin[place.column]];
+      for (int slot = place.slot; slot < blocks; ++slot) {
+        const int to = kSize * slot_of_row_[rows[slot]];
+        if constexpr (kSize == 6) {
+          SubtractSixBySix<6>(earlier.data() + kSize * slot, static_cast<int>(earlier.rows()),
+                              block.data(), kSize, 1, panel.data() + to,
+                              static_cast<int>(panel.rows()));
+        } else {
+          panel.template middleRows<kSize>(to).noalias() -=
+              earlier.template middleRows<kSize>(kSize * slot).lazyProduct(block.transpose());
+        }
       }
     }
   }
@@ -206,7 +210,6 @@ class BlockCholesky {
   BlockElimination elimination_;
   std::vector<double> values_;    ///< Of the factor, as BlockPattern says.
   std::vector<int> slot_of_row_;  ///< Of the column at hand.
-  Panel product_;
 };
 
 }  // namespace deepuav

@@ -12,7 +12,6 @@
 namespace deepuav {
 namespace {
 
-constexpr double kInitialDamping = 1e-4;
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
 
@@ -65,37 +64,38 @@ void Minimize(const BundleStructure& structure, const BundleOptions& options,
               const std::function<bool()>& stop, BundleState* state, BundleReport* report) {
   const HuberLoss loss{options.chi_square};
   const RefinedCalibration refined = RefinedOf(options);
-  report->initial_cost = report->final_cost = BundleCost(structure, *state, loss);
+  report->initial_cost = report->final_cost = BundleCost(structure, *state, loss, options.threads);
   if (structure.groups() == 0) {
     report->converged = true;
     return;
   }
-  ReducedCameraSystem system(structure);
+  ReducedCameraSystem system(structure, ReducedCameraSystem::kSparseCameras, options.threads);
   BundleLinearization linearization;
   BundleStep step;
   BundleState candidate = *state;
-  LevenbergDamping damping(kInitialDamping, kMinDamping, kMaxDamping);
+  LevenbergDamping damping(options.initial_damping, kMinDamping, kMaxDamping);
   bool linearized = false;
   while (report->iterations < options.max_iterations && !report->converged &&
          !damping.Exhausted()) {
     if (stop && stop()) return;
     ++report->iterations;
-    if (!linearized) linearization.Compute(structure, *state, loss, refined);
+    if (!linearized) linearization.Compute(structure, *state, loss, refined, options.threads);
     linearized = true;
     if (!system.Solve(linearization, damping.value(), &step)) {
       damping.Reject();
       continue;
     }
     Move(structure, *state, step, &candidate);
-    const double cost = BundleCost(structure, candidate, loss);
+    const double cost = BundleCost(structure, candidate, loss, options.threads);
     const double decrease = report->final_cost - cost;
     const double enough = options.min_relative_decrease * report->final_cost;
+    const bool is_last = step.camera_decrease <= options.max_last_move;
     if (!(decrease >= 0)) {  // Also where the cost is not a number.
       damping.Reject();
-      report->converged = step.predicted_decrease <= enough;
+      report->converged = is_last && step.predicted_decrease <= enough;
       continue;
     }
-    report->converged = decrease <= enough;
+    report->converged = is_last && decrease <= enough;
     damping.Accept(step.predicted_decrease > 0 ? decrease / step.predicted_decrease : 1);
     std::swap(*state, candidate);
     report->final_cost = cost;

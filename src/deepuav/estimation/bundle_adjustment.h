@@ -58,6 +58,12 @@ struct BundleOptions {
   double tangential_sigma = 0.01;  ///< Standard deviation of p1 and p2 about 0.
   bool refine_readout = false;     ///< Of a rolling shutter.
   double readout_sigma_s = 0.05;   ///< Standard deviation of its readout about 0.
+  double initial_damping = 1e-4;   ///< Less where the state is nearly right already.
+  /// A step is the last only if, besides, cameras and calibration are to move by less than
+  /// standard deviations of this square in all. Landmarks with wrong observations, which move on
+  /// for long, then need not be waited for.
+  double max_last_move = 1e12;
+  int threads = 1;  ///< They change nothing in the result.
 
   void Check() const;
   template <typename Visitor>
@@ -84,6 +90,14 @@ struct BundleOptions {
     visit("readout_sigma_s", readout_sigma_s, "s",
           "standard deviation of a rolling shutter's readout about none, where it is refined",
           Above(0, 10));
+    visit("initial_damping", initial_damping, "",
+          "damping of the first step, over the diagonal of the normal equations",
+          Between(1e-12, 1e12));
+    visit("max_last_move", max_last_move, "",
+          "square of the standard deviations by which cameras and calibration still move in the "
+          "last step",
+          Above(0, 1e12));
+    visit("threads", threads, "", "threads, which change nothing in the result", Between(1, 64));
   }
 };
 
@@ -98,7 +112,8 @@ struct BundleReport {
 /// Levenberg-Marquardt over camera poses and landmarks, landmarks eliminated by the Schur
 /// complement, Huber loss. A focal length that is refined is held by its guess where nothing else
 /// tells it from the height, as in level flight over flat ground. Cost and steps depend only on the
-/// problem (no threads, fixed order). `stop`, if given, is asked between the steps.
+/// problem (fixed order, whatever the number of threads). `stop`, if given, is asked between the
+/// steps.
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
 

@@ -73,6 +73,49 @@ TEST(AdjustBundle, WithoutFixedCamerasTheShapeIsFoundAndTheGaugeHeld) {
             0.5);  // Drifts at most by about what it was disturbed.
 }
 
+TEST(AdjustBundle, ThreadsChangeNothing) {
+  const SyntheticWorld world = OrbitWorld(21, 30, 1000);
+  Random random(22);
+  BundleProblem problem = MakeBundleProblem(world, {1, 0.02}, &random);
+  ASSERT_GT(problem.observations.size(), 20000) << "in one part";
+  problem.camera_fixed[29] = 1;
+  Disturb(0.1, 0.01, 0.1, &random, &problem);
+  BundleOptions options = Precise();
+  options.refine_focal = options.refine_radial = true;
+  BundleProblem alone = problem, together = problem;
+  const BundleReport one = AdjustBundle(&alone, options);
+  options.threads = 3;
+  const BundleReport three = AdjustBundle(&together, options);
+  EXPECT_EQ(one.final_cost, three.final_cost);
+  EXPECT_EQ(alone.pinhole.fx, together.pinhole.fx);
+  EXPECT_EQ(alone.k1, together.k1);
+  EXPECT_EQ(alone.landmarks_world, together.landmarks_world);
+  EXPECT_LT(WorstCenterError(alone, world), 0.03);
+}
+
+/// Points whose matches are wrong move on long after the cameras stand still.
+TEST(AdjustBundle, StopsWhenCamerasStandStill) {
+  const SyntheticWorld world = OrbitWorld(23, 12, 400);
+  Random random(24);
+  BundleProblem problem = MakeBundleProblem(world, {1, 0.1}, &random);
+  problem.camera_fixed[11] = 1;
+  Disturb(0.1, 0.01, 0.1, &random, &problem);
+  BundleOptions options = Precise();
+  BundleProblem to_the_end = problem, still = problem;
+  const BundleReport all = AdjustBundle(&to_the_end, options);
+  options.min_relative_decrease = 1e-3;
+  options.max_last_move = 1e-4;
+  const BundleReport less = AdjustBundle(&still, options);
+  EXPECT_TRUE(less.converged);
+  EXPECT_LT(less.iterations, all.iterations);
+  for (size_t i = 0; i < still.cam_from_world.size(); ++i) {
+    EXPECT_LT((still.cam_from_world[i].InverseTranslation() -
+               to_the_end.cam_from_world[i].InverseTranslation())
+                  .norm(),
+              1e-3);
+  }
+}
+
 TEST(AdjustBundle, FixedCamerasStay) {
   const SyntheticWorld world = OrbitWorld(9, 6, 150);
   Random random(10);

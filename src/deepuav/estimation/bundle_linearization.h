@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "deepuav/base/parallel.h"
 #include "deepuav/estimation/bundle_camera.h"
 #include "deepuav/estimation/bundle_structure.h"
 
@@ -40,9 +41,9 @@ struct RefinedCalibration {
 /// The blocks of the normal equations J^T W J and J^T W r at a state, W the Huber weights (Triggs
 /// et al. 2000, section 6). Block names say rows, columns.
 struct BundleLinearization {
-  /// Keeps the memory of the last call.
+  /// Keeps the memory of the last call. The number of threads changes nothing in the result.
   void Compute(const BundleStructure& structure, const BundleState& state, const HuberLoss& loss,
-               const RefinedCalibration& refined);
+               const RefinedCalibration& refined, int threads = 1);
 
   std::vector<Matrix6d> camera_camera;  ///< By free camera.
   std::vector<Vector6d> camera_gradient;
@@ -58,15 +59,31 @@ struct BundleLinearization {
   std::vector<MatrixCalibration3> calibration_landmark;  ///< By group.
 
  private:
+  /// What the observations of a part of the groups put into the blocks that others share.
+  struct Shared {
+    std::vector<Matrix6d> camera_camera;
+    std::vector<Vector6d> camera_gradient;
+    std::vector<Matrix6Calibration> camera_calibration;
+    MatrixCalibration calibration_calibration;
+    VectorCalibration calibration_gradient;
+  };
+  struct At;
+
+  void ComputePart(const At& at, const PartOf& groups, Shared* shared);
+  void AddObservation(const At& at, size_t i, Shared* shared);
+  void AddUp(const std::vector<Shared>& parts);
   void AddPrior(const FocalPrior& prior, double fx);
   void AddPrior(const CentrePrior& prior, const Pinhole& pinhole);
   void AddPrior(const SmallPrior& prior, const BundleCamera& camera);
+
+  std::vector<Shared> parts_;
 };
 
 /// Sum of the Huber losses of the grouped observations, of the factors and of the priors' losses.
 /// An error above 45 degrees, or a landmark behind the camera, costs as much as 45 degrees and has
 /// no part in the linearisation: it is an outlier of the step.
-double BundleCost(const BundleStructure& structure, const BundleState& state,
-                  const HuberLoss& loss);
+/// The number of threads changes nothing in the result.
+double BundleCost(const BundleStructure& structure, const BundleState& state, const HuberLoss& loss,
+                  int threads = 1);
 
 }  // namespace deepuav

@@ -56,6 +56,12 @@ void CheckBundleProblem(const BundleProblem& problem) {
   }
 }
 
+int BundleStructure::parts() const {
+  constexpr size_t kWorthParts = 20000;  // observations: threads gain nothing below
+  constexpr int kParts = 8;
+  return observations.size() < kWorthParts ? 1 : kParts;
+}
+
 BundleStructure::BundleStructure(const BundleProblem& problem) {
   std::vector<int> seen(problem.landmarks_world.size(), 0);
   for (const BundleObservation& o : problem.observations) seen[o.landmark] += UsableObservation(o);

@@ -51,6 +51,9 @@ struct BundleStructure {
 
   int groups() const { return static_cast<int>(landmark_of_group.size()); }
   int free_cameras() const { return static_cast<int>(camera_of_free.size()); }
+  /// In how many parts sums over its groups are made, one after the other in each: it alone decides
+  /// the rounding, whatever the number of threads.
+  int parts() const;
 
   std::vector<int> camera_of_free;
   std::vector<int> landmark_of_group;

@@ -2,6 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "deepuav/base/parallel.h"
+#include "deepuav/estimation/six_rows.h"
 
 namespace deepuav {
 namespace {
@@ -25,15 +30,17 @@ double DampedNorm(const Matrix& block, const Vector& d) {
 
 }  // namespace
 
-ReducedCameraSystem::ReducedCameraSystem(const BundleStructure& structure, int sparse_cameras)
-    : structure_(structure), sparse_(structure.free_cameras() >= sparse_cameras) {
+ReducedCameraSystem::ReducedCameraSystem(const BundleStructure& structure, int sparse_cameras,
+                                         int threads)
+    : structure_(structure),
+      sparse_(structure.free_cameras() >= sparse_cameras),
+      threads_(threads) {
   FindPattern();
   if (sparse_) factor_.emplace(pattern_);
 }
 
 void ReducedCameraSystem::FindPattern() {
   const int cameras = structure_.free_cameras();
-  slot_of_row_.assign(cameras, -1);
   std::vector<int>& rows = pattern_.rows;
   std::vector<int> marked_for(cameras, -1);
   size_t next_pair = 0;  // They come by column.
@@ -88,54 +95,81 @@ bool ReducedCameraSystem::Solve(const BundleLinearization& linearization, double
   if (linearization.has_calibration && !SolveCalibration(step)) return false;
   BackSubstitute(linearization, step);
 
-  double decrease = 0;
+  PredictDecrease(linearization, damping, step);
+  return std::isfinite(step->predicted_decrease);
+}
+
+void ReducedCameraSystem::PredictDecrease(const BundleLinearization& linearization, double damping,
+                                          BundleStep* step) const {
+  double decrease = 0, of_cameras = 0;
   const auto add = [&](const auto& block, const auto& gradient, const auto& d) {
     decrease += damping * DampedNorm(block, d) - gradient.dot(d);
   };
   for (size_t i = 0; i < step->camera.size(); ++i) {
     add(linearization.camera_camera[i], linearization.camera_gradient[i], step->camera[i]);
+    of_cameras -= right_.block<6, 1>(6 * static_cast<Eigen::Index>(i), 0).dot(step->camera[i]);
   }
   for (size_t i = 0; i < step->landmark.size(); ++i) {
     add(linearization.landmark_landmark[i], linearization.landmark_gradient[i], step->landmark[i]);
   }
   add(linearization.calibration_calibration, linearization.calibration_gradient, step->calibration);
+  if (linearization.has_calibration) of_cameras -= calibration_right_.dot(step->calibration);
   step->predicted_decrease = decrease;
-  return std::isfinite(decrease);
+  step->camera_decrease = of_cameras;
+}
+
+template <typename Work>
+void ReducedCameraSystem::ForGroups(const Work& work) const {
+  const int parts = structure_.parts();
+  ForEachInParallel(parts, threads_, [&](int part) {
+    const PartOf groups(structure_.groups(), part, parts);
+    work(part, groups);
+  });
 }
 
 void ReducedCameraSystem::InvertLandmarks(const BundleLinearization& linearization,
                                           double damping) {
   landmark_inverse_.resize(structure_.groups());
-  for (int group = 0; group < structure_.groups(); ++group) {
-    const Eigen::LLT<Eigen::Matrix3d> factor(
-        Damped(linearization.landmark_landmark[group], damping));
-    if (factor.info() == Eigen::Success) {
-      landmark_inverse_[group] = factor.solve(Eigen::Matrix3d::Identity());
-    } else {
-      landmark_inverse_[group].setZero();  // Stays where it is in this step.
+  ForGroups([&](int, const PartOf& groups) {
+    for (int group = groups.first; group < groups.last; ++group) {
+      const Eigen::LLT<Eigen::Matrix3d> factor(
+          Damped(linearization.landmark_landmark[group], damping));
+      if (factor.info() == Eigen::Success) {
+        landmark_inverse_[group] = factor.solve(Eigen::Matrix3d::Identity());
+      } else {
+        landmark_inverse_[group].setZero();  // Stays where it is in this step.
+      }
     }
-  }
+  });
 }
 
 void ReducedCameraSystem::EliminateLandmarks(const BundleLinearization& linearization,
                                              double damping) {
   matrix_.coeffs().setZero();
-  right_.resize(6 * structure_.free_cameras(), Eigen::NoChange);
-  for (int camera = 0; camera < structure_.free_cameras(); ++camera) {
-    EliminateFromCamera(linearization, damping, camera);
-  }
+  const int cameras = structure_.free_cameras();
+  right_.resize(6 * cameras, Eigen::NoChange);
+  // Columns get shorter to the right: more parts than threads share them better.
+  constexpr int kPartsOfOne = 4;
+  const int parts = structure_.parts() == 1 ? 1 : kPartsOfOne * structure_.parts();
+  ForEachInParallel(parts, threads_, [&](int part) {
+    std::vector<int> slot_of_row(cameras, -1);
+    const PartOf columns(cameras, part, parts);
+    for (int camera = columns.first; camera < columns.last; ++camera)
+      EliminateFromCamera(linearization, damping, camera, &slot_of_row);
+  });
   if (linearization.has_calibration) EliminateFromCalibration(linearization, damping);
 }
 
 void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& linearization,
-                                              double damping, int camera) {
+                                              double damping, int camera,
+                                              std::vector<int>* slot_of_row) {
   const int blocks = pattern_.blocks(camera);
   for (int slot = 0; slot < blocks; ++slot)
-    slot_of_row_[pattern_.rows[pattern_.begin[camera] + slot]] = slot;
+    (*slot_of_row)[pattern_.rows[pattern_.begin[camera] + slot]] = slot;
   BlockColumn column(matrix_.valuePtr() + 36 * static_cast<size_t>(pattern_.begin[camera]),
                      6 * blocks, 6);
   column.topRows<6>() = Damped(linearization.camera_camera[camera], damping);
-  AddPairs(linearization, camera, &column);
+  AddPairs(linearization, camera, *slot_of_row, &column);
   Vector6d gradient = linearization.camera_gradient[camera];
   Matrix6Calibration border = Matrix6Calibration::Zero();
   if (linearization.has_calibration) border = linearization.camera_calibration[camera];
@@ -156,9 +190,9 @@ void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& lineari
            structure_.observations[first - 1].free_camera == camera)
       --first;
     for (int p = first; p < structure_.group_begin[group + 1]; ++p) {
-      const int slot = slot_of_row_[structure_.observations[p].free_camera];
-      column.middleRows<6>(6 * slot).noalias() -=
-          linearization.camera_landmark[p].lazyProduct(eliminated);
+      const int slot = (*slot_of_row)[structure_.observations[p].free_camera];
+      SubtractSixBySix<3>(linearization.camera_landmark[p].data(), 6, eliminated.data(), 1, 3,
+                          column.data() + 6 * slot, 6 * blocks);
     }
   }
   right_.block<6, 1>(6 * camera, 0) = gradient;
@@ -166,24 +200,35 @@ void ReducedCameraSystem::EliminateFromCamera(const BundleLinearization& lineari
 }
 
 void ReducedCameraSystem::AddPairs(const BundleLinearization& linearization, int camera,
-                                   BlockColumn* column) const {
+                                   const std::vector<int>& slot_of_row, BlockColumn* column) const {
   const auto& pairs = linearization.camera_pair;
   auto pair = std::lower_bound(
       pairs.begin(), pairs.end(), camera,
       [](const CameraPairBlock& block, int wanted) { return block.column < wanted; });
   for (; pair != pairs.end() && pair->column == camera; ++pair)
-    column->middleRows<6>(6 * slot_of_row_[pair->row]) += pair->block;
+    column->middleRows<6>(6 * slot_of_row[pair->row]) += pair->block;
 }
 
 void ReducedCameraSystem::EliminateFromCalibration(const BundleLinearization& linearization,
                                                    double damping) {
+  std::vector<std::pair<MatrixCalibration, VectorCalibration>> parts(structure_.parts());
+  ForGroups([&](int part, const PartOf& groups) {
+    auto& [matrix, right] = parts[part];
+    matrix.setZero();
+    right.setZero();
+    for (int group = groups.first; group < groups.last; ++group) {
+      const MatrixCalibration3& block = linearization.calibration_landmark[group];
+      const MatrixCalibration3 eliminated = block * landmark_inverse_[group];
+      for (int column = 0; column < kCalibrationParameters; ++column)
+        matrix.col(column) -= eliminated * block.row(column).transpose();
+      right.noalias() -= eliminated * linearization.landmark_gradient[group];
+    }
+  });
   calibration_matrix_ = Damped(linearization.calibration_calibration, damping);
   calibration_right_ = linearization.calibration_gradient;
-  for (int group = 0; group < structure_.groups(); ++group) {
-    const MatrixCalibration3& block = linearization.calibration_landmark[group];
-    const MatrixCalibration3 eliminated = block * landmark_inverse_[group];
-    calibration_matrix_.noalias() -= eliminated * block.transpose();
-    calibration_right_.noalias() -= eliminated * linearization.landmark_gradient[group];
+  for (const auto& [matrix, right] : parts) {
+    calibration_matrix_ += matrix;
+    calibration_right_ += right;
   }
 }
 
@@ -236,18 +281,21 @@ void ReducedCameraSystem::BackSubstitute(const BundleLinearization& linearizatio
                       solved_.block<6, kCalibrationParameters>(6 * i, 1) * step->calibration;
   }
   step->landmark.resize(structure_.groups());
-  for (int group = 0; group < structure_.groups(); ++group) {
-    Eigen::Vector3d right = linearization.landmark_gradient[group];
-    for (int p = structure_.group_begin[group]; p < structure_.group_begin[group + 1]; ++p) {
-      const int camera = structure_.observations[p].free_camera;
-      if (camera >= 0)
-        right.noalias() += linearization.camera_landmark[p].transpose() * step->camera[camera];
+  ForGroups([&](int, const PartOf& groups) {
+    for (int group = groups.first; group < groups.last; ++group) {
+      Eigen::Vector3d right = linearization.landmark_gradient[group];
+      for (int p = structure_.group_begin[group]; p < structure_.group_begin[group + 1]; ++p) {
+        const int camera = structure_.observations[p].free_camera;
+        if (camera >= 0)
+          right.noalias() += linearization.camera_landmark[p].transpose() * step->camera[camera];
+      }
+      if (linearization.has_calibration) {
+        right.noalias() +=
+            linearization.calibration_landmark[group].transpose() * step->calibration;
+      }
+      step->landmark[group] = -(landmark_inverse_[group] * right);
     }
-    if (linearization.has_calibration) {
-      right.noalias() += linearization.calibration_landmark[group].transpose() * step->calibration;
-    }
-    step->landmark[group] = -(landmark_inverse_[group] * right);
-  }
+  });
 }
 
 }  // namespace deepuav

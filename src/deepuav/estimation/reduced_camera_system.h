@@ -17,6 +17,8 @@ struct BundleStep {
   VectorCalibration calibration = VectorCalibration::Zero();
   /// By how much the quadratic model of the cost falls.
   double predicted_decrease = 0;
+  /// The part of it for which cameras and calibration must move, landmarks following.
+  double camera_decrease = 0;
 };
 
 /// The Levenberg-Marquardt step of a linearised bundle problem: the landmarks are eliminated (Schur
@@ -27,8 +29,9 @@ class ReducedCameraSystem {
   /// From so many free cameras on the sparse factorisation is the faster one.
   static constexpr int kSparseCameras = 100;
 
+  /// The number of threads changes nothing in the result.
   explicit ReducedCameraSystem(const BundleStructure& structure,
-                               int sparse_cameras = kSparseCameras);
+                               int sparse_cameras = kSparseCameras, int threads = 1);
 
   /// Solves (H + damping diag(H)) step = -gradient. False where the damped system is not positive
   /// definite.
@@ -47,18 +50,25 @@ class ReducedCameraSystem {
   void FindPattern();
   void InvertLandmarks(const BundleLinearization& linearization, double damping);
   void EliminateLandmarks(const BundleLinearization& linearization, double damping);
-  void EliminateFromCamera(const BundleLinearization& linearization, double damping, int camera);
+  void EliminateFromCamera(const BundleLinearization& linearization, double damping, int camera,
+                           std::vector<int>* slot_of_row);
   /// What two cameras' factors put into the block column of the first.
-  void AddPairs(const BundleLinearization& linearization, int camera, BlockColumn* column) const;
+  void AddPairs(const BundleLinearization& linearization, int camera,
+                const std::vector<int>& slot_of_row, BlockColumn* column) const;
   void EliminateFromCalibration(const BundleLinearization& linearization, double damping);
   bool SolveCameras(bool has_calibration);
   bool SolveCalibration(BundleStep* step);
   void BackSubstitute(const BundleLinearization& linearization, BundleStep* step) const;
+  void PredictDecrease(const BundleLinearization& linearization, double damping,
+                       BundleStep* step) const;
+  /// Runs work(part, groups) for parts of the groups.
+  template <typename Work>
+  void ForGroups(const Work& work) const;
 
   const BundleStructure& structure_;
   const bool sparse_;
+  const int threads_;
   BlockPattern pattern_;
-  std::vector<int> slot_of_row_;        ///< Of the block column at hand.
   Eigen::SparseMatrix<double> matrix_;  ///< Its values are as BlockPattern says.
   Eigen::MatrixXd dense_;
   std::optional<BlockCholesky<6>> factor_;  ///< Where sparse_.

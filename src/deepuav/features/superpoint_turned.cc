@@ -19,27 +19,23 @@ SuperPointTurned::SuperPointTurned(int width, int height, const std::string& mod
       upright_(width, height, model, inference),
       sideways_(height, width, model, inference) {}
 
-TurnedDescriptors SuperPointTurned::Describe(const GreyImage& image, const Features& features) {
+Descriptors SuperPointTurned::DescribeTurned(const GreyImage& image, const Features& features,
+                                             int quarter_turns) {
   if (image.cols != width_ || image.rows != height_) {
     throw Error("the image has {}x{} pixels: expected the camera's {}x{}", image.cols, image.rows,
                 width_, height_);
   }
-  TurnedDescriptors turned;
+  Descriptors turned(upright_.dimension());
+  if (features.size() == 0) return turned;
+  SuperPointNetwork& network = quarter_turns % 2 == 0 ? upright_ : sideways_;
+  cv::rotate(image, turned_, kTurns[static_cast<size_t>(quarter_turns) - 1]);
+  network.Run(turned_);
+  const DescriptorMap map = network.ReadDescriptors();
   std::vector<float> descriptor(static_cast<size_t>(upright_.dimension()));
-  for (size_t i = 0; i < kTurns.size(); ++i) {
-    turned[i] = Descriptors(upright_.dimension());
-    if (features.size() == 0) continue;
-    const int quarter_turns = static_cast<int>(i) + 1;
-    SuperPointNetwork& network = quarter_turns % 2 == 0 ? upright_ : sideways_;
-    cv::rotate(image, turned_, kTurns[i]);
-    network.Run(turned_);
-    const DescriptorMap map = network.ReadDescriptors();
-    turned[i].Reserve(features.size());
-    for (const Keypoint& keypoint : features.keypoints) {
-      SampleDescriptor(map, TurnPixel(keypoint.image_px, quarter_turns, width_, height_),
-                       descriptor);
-      turned[i].Append(descriptor);
-    }
+  turned.Reserve(features.size());
+  for (const Keypoint& keypoint : features.keypoints) {
+    SampleDescriptor(map, TurnPixel(keypoint.image_px, quarter_turns, width_, height_), descriptor);
+    turned.Append(descriptor);
   }
   return turned;
 }

@@ -17,7 +17,8 @@ class SuperPointTurned : public TurnedDescriber {
 
   /// Descriptors are of the network's dimension. Throws Error for an image of another size and for
   /// a network that gives values that are not finite.
-  TurnedDescriptors Describe(const GreyImage& image, const Features& features) override;
+  Descriptors DescribeTurned(const GreyImage& image, const Features& features,
+                             int quarter_turns) override;
 
  private:
   const int width_, height_;  ///< px

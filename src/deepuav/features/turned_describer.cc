@@ -16,4 +16,11 @@ Eigen::Vector2f TurnPixel(const Eigen::Vector2f& px, int quarter_turns, int widt
   }
 }
 
+TurnedDescriptors TurnedDescriber::Describe(const GreyImage& image, const Features& features) {
+  TurnedDescriptors turned;
+  for (size_t i = 0; i < turned.size(); ++i)
+    turned[i] = DescribeTurned(image, features, static_cast<int>(i) + 1);
+  return turned;
+}
+
 }  // namespace deepuav

@@ -22,8 +22,13 @@ class TurnedDescriber {
  public:
   virtual ~TurnedDescriber() = default;
 
-  /// `features` are of `image`, which has the camera's size; throws Error otherwise.
-  virtual TurnedDescriptors Describe(const GreyImage& image, const Features& features) = 0;
+  /// On the image turned clockwise by `quarter_turns` (1 to 3) times 90 degrees. `features` are of
+  /// `image`, which has the camera's size; throws Error otherwise.
+  virtual Descriptors DescribeTurned(const GreyImage& image, const Features& features,
+                                     int quarter_turns) = 0;
+
+  /// Under all three.
+  TurnedDescriptors Describe(const GreyImage& image, const Features& features);
 };
 
 }  // namespace deepuav

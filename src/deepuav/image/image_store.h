@@ -1,11 +1,12 @@
 #pragma once
 
-#include <cstdio>
+#include <cstdint>
 #include <list>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
+#include "deepuav/base/temporary_file.h"
 #include "deepuav/image/pyramid.h"
 
 namespace deepuav {
@@ -17,9 +18,6 @@ class ImageStore {
  public:
   /// At least 1.
   explicit ImageStore(int most_in_memory);
-  ~ImageStore();
-  ImageStore(const ImageStore&) = delete;
-  ImageStore& operator=(const ImageStore&) = delete;
 
   /// Gives the number of the image, from 0 on.
   int Add(std::shared_ptr<const ImagePyramid> image);
@@ -31,7 +29,7 @@ class ImageStore {
     std::shared_ptr<const ImagePyramid> image;  ///< Null: in the file alone.
     cv::Size size;
     int levels = 0;
-    long at = -1;  ///< Where it begins in the file; below 0: not in it.
+    int64_t at = -1;  ///< Where it begins in the file; below 0: not in it.
     std::list<int>::iterator use;
   };
 
@@ -42,8 +40,7 @@ class ImageStore {
   const size_t most_in_memory_;
   std::vector<Entry> entries_;
   std::list<int> in_memory_;  ///< The last used first.
-  std::FILE* file_ = nullptr;
-  long end_ = 0;
+  TemporaryFile file_;
   bool file_fails_ = false;
 };
 

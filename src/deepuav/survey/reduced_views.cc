@@ -43,8 +43,8 @@ class HeadingIndex {
       const SurveyView& view = views[static_cast<size_t>(v)];
       Add(v, 0, vocabulary.Words(view.FeaturesAt(0).descriptors));
       for (int turns = 1; turns < kHeadings; ++turns) {
-        const Descriptors& turned = view.turned[static_cast<size_t>(turns) - 1];
-        if (turned.size() > 0) Add(v, turns, vocabulary.Words(turned));
+        const StoredDescriptors& turned = view.turned[static_cast<size_t>(turns) - 1];
+        if (turned.size() > 0) Add(v, turns, vocabulary.Words(turned.Load()));
       }
     }
   }
@@ -107,6 +107,20 @@ void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView*
     view->features_by_halvings.push_back(std::move(reduced));
   }
   view->frame.features = std::move(all);
+}
+
+void DescribeMissingHeadings(TurnedDescriber* describer, TemporaryFile* file, SurveyView* view) {
+  if (!describer || !view->HasImage()) return;
+  const auto is_there = [](const StoredDescriptors& turned) { return turned.size() > 0; };
+  if (std::ranges::none_of(view->turned, is_there)) return;
+  std::shared_ptr<const ImagePyramid> image;
+  for (size_t i = 0; i < view->turned.size(); ++i) {
+    if (is_there(view->turned[i])) continue;
+    if (!image) image = view->Image();
+    view->turned[i] = {
+        describer->DescribeTurned(image->image(), view->FeaturesAt(0), static_cast<int>(i) + 1),
+        file};
+  }
 }
 
 std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& views,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "deepuav/features/extractor.h"
+#include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/survey/view_pairs.h"
 
@@ -13,6 +14,11 @@ namespace deepuav {
 /// four times the distance: appends the key points to the frame's, in pixels of the whole image. A
 /// photograph without an image, or looked at before, stays as it is.
 void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView* view);
+
+/// Describes the key points of the photograph, not yet looked at reduced, under the headings that
+/// are missing, where some are there: of a pair only the one that is not reduced is seen turned.
+/// `describer` may be null, and `file`: the descriptors are then kept in memory.
+void DescribeMissingHeadings(TurnedDescriber* describer, TemporaryFile* file, SurveyView* view);
 
 /// Pairs of `outside` with any others, of which one is seen reduced: neighbours in the order of the
 /// photographs, and those that it looks like. All views were looked at reduced. By rising a and b.

@@ -65,14 +65,17 @@ SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::v
 /// k2 from k1 and the focal length.
 constexpr double kMinK2Radius = 0.7;
 
-BundleOptions OptionsOf(bool refine_lens, int max_iterations, const SurveyOptions& options,
+BundleOptions OptionsOf(const AdjustmentEffort& effort, const SurveyOptions& options,
                         const SurveyLens& lens) {
+  constexpr double kNearlyRightDamping = 1e-8;
   BundleOptions bundle;
-  bundle.max_iterations = max_iterations;
-  // Nearly level flight tells the focal length by little: the cost is flat along it.
-  constexpr double kFlat = 1e-7;
-  if (refine_lens) bundle.min_relative_decrease = kFlat;
-  bundle.refine_focal = bundle.refine_radial = refine_lens && lens.is_refined;
+  bundle.max_iterations = effort.max_iterations;
+  bundle.max_last_move = effort.max_last_move;
+  bundle.threads = ThreadsOf(options);
+  // Nearly level flight tells the focal length by little: the cost is flat along it, and damping
+  // would let it creep.
+  if (effort.is_nearly_right) bundle.initial_damping = kNearlyRightDamping;
+  bundle.refine_focal = bundle.refine_radial = effort.refine_lens && lens.is_refined;
   if (lens.is_refined) bundle.focal_sigma = lens.focal_sigma;
   bundle.k1_sigma = options.k1_sigma;
   const Pinhole& pinhole = lens.camera.pinhole;
@@ -119,7 +122,7 @@ void HoldScale(SurveyBundle* bundle) {
 }  // namespace
 
 void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<int>& free,
-                 bool refine_lens, int max_iterations, const SurveyOptions& options,
+                 const AdjustmentEffort& effort, const SurveyOptions& options,
                  const std::function<bool()>& stop, SurveyState* state) {
   SurveyBundle bundle = MakeBundle(tracks, px, free, *state);
   BundleProblem& problem = bundle.problem;
@@ -129,7 +132,7 @@ void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<i
   if (none_fixed) problem.camera_fixed.front() = 1;
   const SurveyLens before = state->lens;
   if (none_fixed && before.is_refined_wholly) HoldScale(&bundle);
-  AdjustBundle(&problem, OptionsOf(refine_lens, max_iterations, options, before), stop);
+  AdjustBundle(&problem, OptionsOf(effort, options, before), stop);
   state->lens.camera = {problem.pinhole, problem.k1, problem.k2,
                         problem.p1,      problem.p2, problem.readout_s};
   for (size_t i = 0; i < bundle.views.size(); ++i)
@@ -138,10 +141,10 @@ void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<i
     state->points[static_cast<size_t>(bundle.tracks[i])] = problem.landmarks_world[i];
 }
 
-void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, bool refine_lens,
-                    int max_iterations, const SurveyOptions& options,
-                    const std::function<bool()>& stop, SurveyState* state) {
-  AdjustViews(tracks, px, AllViews(*state), refine_lens, max_iterations, options, stop, state);
+void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, const AdjustmentEffort& effort,
+                    const SurveyOptions& options, const std::function<bool()>& stop,
+                    SurveyState* state) {
+  AdjustViews(tracks, px, AllViews(*state), effort, options, stop, state);
 }
 
 std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& px,
@@ -151,8 +154,8 @@ std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& 
   if (bundle.problem.observations.empty()) return std::nullopt;
   bundle.problem.camera_fixed.front() = 1;
   if (state.lens.is_refined_wholly) HoldScale(&bundle);
-  const auto sigmas =
-      EstimateCalibrationSigmas(bundle.problem, OptionsOf(true, 0, options, state.lens));
+  const auto sigmas = EstimateCalibrationSigmas(
+      bundle.problem, OptionsOf({.refine_lens = true, .max_last_move = 1}, options, state.lens));
   if (!sigmas) return std::nullopt;
   return RefinedLens{*sigmas, state.lens.camera.readout_s};
 }

@@ -9,16 +9,25 @@
 
 namespace deepuav {
 
+/// How an adjustment is made.
+struct AdjustmentEffort {
+  int max_iterations = 0;
+  bool refine_lens = false;
+  bool is_nearly_right = false;  ///< What is adjusted: large steps are tried from the first on.
+  /// Square of the standard deviations by which poses and lens may still move at the end.
+  double max_last_move = 0;
+};
+
 /// Adjusts the poses of `free` views and all points that these see, other views held; the lens with
-/// them where `refine_lens`. The first view of the state holds the gauge.
+/// them where the effort says so. The first view of the state holds the gauge.
 void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<int>& free,
-                 bool refine_lens, int max_iterations, const SurveyOptions& options,
+                 const AdjustmentEffort& effort, const SurveyOptions& options,
                  const std::function<bool()>& stop, SurveyState* state);
 
 /// The same for all views.
-void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, bool refine_lens,
-                    int max_iterations, const SurveyOptions& options,
-                    const std::function<bool()>& stop, SurveyState* state);
+void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, const AdjustmentEffort& effort,
+                    const SurveyOptions& options, const std::function<bool()>& stop,
+                    SurveyState* state);
 
 /// What the views tell of a lens that is refined, besides its camera.
 struct RefinedLens {

@@ -1,11 +1,14 @@
 #include "deepuav/survey/survey_growth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 
+#include "deepuav/base/parallel.h"
 #include "deepuav/estimation/absolute_pose.h"
 #include "deepuav/estimation/two_view.h"
 #include "deepuav/geometry/triangulation.h"
@@ -21,6 +24,10 @@ constexpr int kYoungLensViews = 5;
 constexpr int kRefineViews = 3;
 /// Iterations in between and at the end.
 constexpr int kGrowIterations = 12, kFinishIterations = 40;
+/// Squares of the standard deviations by which poses and lens may still move.
+constexpr double kRoughly = 1, kStill = 0.01;
+/// A map is adjusted as nearly right from so many photographs on.
+constexpr int kSmallMap = 10;
 /// Sights of a track from which it is triangulated, at most: further ones add little.
 constexpr size_t kTriangulationSights = 7;
 
@@ -81,7 +88,7 @@ bool SurveyGrowth::Start(const MatchedPair& pair, const SE3& b_from_a) {
   state_.cam_from_world[static_cast<size_t>(pair.a)] = SE3();
   state_.cam_from_world[static_cast<size_t>(pair.b)] = b_from_a;
   TriangulateIn(pair.b);
-  AdjustAll(kGrowIterations, nullptr);
+  AdjustAll(kGrowIterations, kRoughly, nullptr);
   const auto points = std::count_if(state_.points.begin(), state_.points.end(),
                                     [](const auto& point) { return point.has_value(); });
   return points >= options_.min_pair_matches;
@@ -93,6 +100,12 @@ void SurveyGrowth::Resume(const SurveyState& known) {
   state_.velocity_world = known.velocity_world;
   state_.image_rows = known.image_rows;
   state_.cam_from_world = known.cam_from_world;
+  TriangulateAll();
+}
+
+void SurveyGrowth::Continue(const SurveyState& known) {
+  state_ = known;
+  Judge();
   TriangulateAll();
 }
 
@@ -121,10 +134,9 @@ void SurveyGrowth::Grow(int most_views, const std::set<int>& taken,
       failed_at_[static_cast<size_t>(next.view)] = next.points;
       continue;
     }
-    constexpr int kSmallMap = 10;
     const bool grown = state_.ViewCount() >= options_.adjust_growth * adjusted_views_;
     if (grown || state_.ViewCount() <= kSmallMap) {
-      AdjustAll(kGrowIterations, stop);
+      AdjustAll(kGrowIterations, kRoughly, stop);
     } else {
       AdjustAround(next.view, stop);
     }
@@ -175,10 +187,23 @@ void SurveyGrowth::TriangulateIn(int view) {
   }
 }
 
-void SurveyGrowth::TriangulateAll() {
-  for (size_t t = 0; t < tracks_->tracks.size(); ++t) {
-    if (!state_.points[t]) Triangulate(t);
-  }
+/// The sum of what is counted, over all tracks at once: none changes what is known of another.
+int SurveyGrowth::ForAllTracks(const std::function<int(size_t)>& count) const {
+  constexpr int kParts = 32;
+  std::array<int, kParts> sums{};
+  const auto tracks = static_cast<int>(tracks_->tracks.size());
+  ForEachInParallel(kParts, ThreadsOf(options_), [&](int part) {
+    const PartOf range(tracks, part, kParts);
+    int sum = 0;
+    for (int t = range.first; t < range.last; ++t) sum += count(static_cast<size_t>(t));
+    sums[static_cast<size_t>(part)] = sum;
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0);
+}
+
+/// Gives how many points were found.
+int SurveyGrowth::TriangulateAll() {
+  return ForAllTracks([this](size_t t) { return !state_.points[t] && Triangulate(t) ? 1 : 0; });
 }
 
 /// Of the points that two sights give the one with which most sights agree.
@@ -224,40 +249,48 @@ bool SurveyGrowth::Triangulate(size_t track) {
 }
 
 /// A point with fewer than two sights that agree, or too little parallax between these, is none.
-void SurveyGrowth::JudgeTrack(size_t track) {
+/// Gives how many sights changed sides.
+int SurveyGrowth::JudgeTrack(size_t track) {
   const std::vector<Track::Sight>& sights = tracks_->tracks[track].sights;
   std::vector<Eigen::Vector3d> centres;
+  int changed = 0;
   for (size_t s = 0; s < sights.size(); ++s) {
     const auto& pose = state_.cam_from_world[static_cast<size_t>(sights[s].view)];
+    const bool agreed = state_.agrees[track][s];
     state_.agrees[track][s] =
         pose && SquaredErrorPx(
                     state_.lens.camera,
                     state_.InCamera(*state_.points[track], sights[s].view, PixelOf(sights[s]).y()),
                     PixelOf(sights[s])) < MaxSquaredErrorPx(SightOf(sights[s]));
+    changed += agreed != (state_.agrees[track][s] != 0);
     if (state_.agrees[track][s]) centres.push_back(pose->InverseTranslation());
   }
   constexpr double kStaysWith = 0.5;  // what the adjustment took of the parallax it was made with
   const double min_parallax = kStaysWith * options_.min_parallax_deg * std::numbers::pi / 180;
   for (size_t i = 0; i < centres.size(); ++i) {
     for (size_t j = i + 1; j < centres.size(); ++j) {
-      if (ParallaxAngle(centres[i], centres[j], *state_.points[track]) >= min_parallax) return;
+      if (ParallaxAngle(centres[i], centres[j], *state_.points[track]) >= min_parallax)
+        return changed;
     }
   }
   state_.points[track].reset();
   std::fill(state_.agrees[track].begin(), state_.agrees[track].end(), uint8_t{0});
+  return std::max(changed, 1);
 }
 
-void SurveyGrowth::Judge() {
-  for (size_t t = 0; t < tracks_->tracks.size(); ++t) {
-    if (state_.points[t]) JudgeTrack(t);
-  }
+int SurveyGrowth::Judge() {
+  return ForAllTracks([this](size_t t) { return state_.points[t] ? JudgeTrack(t) : 0; });
 }
 
-void SurveyGrowth::AdjustAll(int max_iterations, const std::function<bool()>& stop) {
-  const bool refine = state_.ViewCount() >= kRefineViews;
-  AdjustAllViews(*tracks_, *px_, refine, max_iterations, options_, stop, &state_);
+/// Gives how many sights changed sides.
+int SurveyGrowth::AdjustAll(int max_iterations, double max_last_move,
+                            const std::function<bool()>& stop) {
+  AdjustmentEffort effort{.max_iterations = max_iterations, .max_last_move = max_last_move};
   adjusted_views_ = state_.ViewCount();
-  Judge();
+  effort.refine_lens = adjusted_views_ >= kRefineViews;
+  effort.is_nearly_right = adjusted_views_ > kSmallMap;
+  AdjustAllViews(*tracks_, *px_, effort, options_, stop, &state_);
+  return Judge();
 }
 
 void SurveyGrowth::AdjustAround(int view, const std::function<bool()>& stop) {
@@ -277,17 +310,25 @@ void SurveyGrowth::AdjustAround(int view, const std::function<bool()>& stop) {
     if (static_cast<int>(window.size()) == options_.window_views) break;
     window.push_back(other);
   }
-  AdjustViews(*tracks_, *px_, window, false, kGrowIterations, options_, stop, &state_);
+  constexpr double kAnyMove = 1e12;
+  AdjustViews(*tracks_, *px_, window,
+              {.max_iterations = kGrowIterations, .max_last_move = kAnyMove}, options_, stop,
+              &state_);
   for (const int seen : window) TriangulateIn(seen);
 }
 
-void SurveyGrowth::Finish(const std::function<bool()>& stop) {
-  for (int round = 0; round < options_.finish_rounds; ++round) {
-    if (stop && stop()) return;
-    AdjustAll(kFinishIterations, stop);
-    TriangulateAll();
+void SurveyGrowth::Settle(const std::function<bool()>& stop) {
+  constexpr double kSettled = 1e-3;  // of the key points' sights
+  int sights = 0;
+  for (const Track& track : tracks_->tracks) sights += static_cast<int>(track.sights.size());
+  for (int round = 0; round < options_.finish_rounds && !(stop && stop()); ++round) {
+    const int changed = AdjustAll(kFinishIterations, kRoughly, stop) + TriangulateAll();
+    if (changed <= kSettled * sights) return;
   }
-  AdjustAll(kFinishIterations, stop);
+}
+
+void SurveyGrowth::Finish(const std::function<bool()>& stop) {
+  if (!(stop && stop())) AdjustAll(kFinishIterations, kStill, stop);
 }
 
 double SurveyGrowth::Support() const {

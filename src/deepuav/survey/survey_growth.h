@@ -29,11 +29,18 @@ class SurveyGrowth {
   /// Goes on from poses that are known, with other tracks.
   void Resume(const SurveyState& known);
 
+  /// Goes on from a state of the same tracks, which may be measured anew.
+  void Continue(const SurveyState& known);
+
   /// Adds the photographs that see most of the map, until it has `most_views` or none fits. Those
   /// in `taken` belong to other maps.
   void Grow(int most_views, const std::set<int>& taken, const std::function<bool()>& stop);
 
-  /// Adjusts all, completes the points and discards what does not agree, several times.
+  /// Adjusts all, completes the points and discards what does not agree, until hardly a sight
+  /// changes any more. Poses and lens are then right to their standard deviations.
+  void Settle(const std::function<bool()>& stop);
+
+  /// Adjusts all once more, to the end.
   void Finish(const std::function<bool()>& stop);
 
   /// How well the map explains what its photographs see: observations, each by how far within the
@@ -54,12 +61,13 @@ class SurveyGrowth {
   NextView ChooseNext(const std::set<int>& taken) const;
   bool AddView(int view);
   void TriangulateIn(int view);
-  void TriangulateAll();
+  int TriangulateAll();
   bool Triangulate(size_t track);
-  void Judge();
-  void JudgeTrack(size_t track);
+  int Judge();
+  int JudgeTrack(size_t track);
+  int ForAllTracks(const std::function<int(size_t)>& count) const;
   void AdjustAround(int view, const std::function<bool()>& stop);
-  void AdjustAll(int max_iterations, const std::function<bool()>& stop);
+  int AdjustAll(int max_iterations, double max_last_move, const std::function<bool()>& stop);
   const SightPixel& SightOf(const Track::Sight& sight) const;
   const Eigen::Vector2d& PixelOf(const Track::Sight& sight) const;
 

@@ -74,6 +74,7 @@ bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& t
   if (!eyes_.reduced || outside.empty()) return false;
   for (SurveyView& view : views_) {
     if (stop && stop()) return false;
+    DescribeMissingHeadings(eyes_.turned, eyes_.turned_file, &view);
     LookReduced(camera_, eyes_.reduced, &view);
   }
   px_ = PixelsOfViews();
@@ -114,7 +115,7 @@ void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<Mat
   SurveyGrowth growth(&all, &px_, built->state.lens, options_);
   growth.Resume(built->state);
   growth.Grow(static_cast<int>(views_.size()), taken, stop);
-  growth.Finish(stop);
+  growth.Settle(stop);
   SurveyState grown = growth.state();
   *built = {std::move(all), std::move(grown), px_};
 }
@@ -131,7 +132,7 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
                   camera_.width, options_, stop);
     if (!growth) return std::nullopt;
     growth->Grow(static_cast<int>(views_.size()), taken, stop);
-    growth->Finish(stop);
+    growth->Settle(stop);
     known = growth->state();
   }
   BuiltSurvey built{std::move(tracks), std::move(*known), px_};
@@ -205,7 +206,7 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
   KeepLensOneToOne(stop, &*built);
   // Only what stays outside is matched after this.
   for (const int view : ViewsIn(built->state))
-    views_[static_cast<size_t>(view)].turned.fill(Descriptors());
+    views_[static_cast<size_t>(view)].turned.fill(StoredDescriptors());
   Sharpen(stop, &*built);
   return built;
 }
@@ -217,47 +218,52 @@ void SurveyMapper::Sharpen(const std::function<bool()>& stop, BuiltSurvey* built
                              measuring_.patches};
     const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
     Log().debug("{} sights were measured by patches", measured);
-    if (measured == 0) return;
+    if (measured > 0) built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
   }
   const StageScope stage(stages_, "sharpen map");
-  built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
   built->state.image_rows = camera_.height;
+  const bool is_measured = built->state.model_sigma_px > 0;
+  if (is_measured && lens_.is_refined && RefineWholly(stop, built)) return;
   AdjustMeasured(stop, built);
-  if (lens_.is_refined) RefineWholly(stop, built);
 }
 
+/// Weights and what is adjusted by them depend on one another.
 void SurveyMapper::AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built) {
   constexpr int kMostRounds = 2;
   constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
+  SurveyState& state = built->state;
+  const auto adjust = [&](const auto& by) {
+    if (state.lens.is_refined_wholly) state.velocity_world = ViewVelocities(views_, state);
+    SurveyGrowth growth(&built->tracks, &built->px, state.lens, options_);
+    growth.Continue(state);
+    by(&growth);
+    state = growth.state();
+    state.model_sigma_px = ModelSigmaPx(built->tracks, built->px, state, measuring_.model_noise);
+    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
+                state.model_sigma_px, state.lens.camera.readout_s);
+  };
   for (int round = 0; round < kMostRounds; ++round) {
-    if (built->state.lens.is_refined_wholly)
-      built->state.velocity_world = ViewVelocities(views_, built->state);
-    SurveyGrowth growth(&built->tracks, &built->px, built->state.lens, options_);
-    growth.Resume(built->state);
-    growth.Finish(stop);
-    const double assumed_px = built->state.model_sigma_px;
-    built->state = growth.state();
-    const double found_px =
-        ModelSigmaPx(built->tracks, built->px, built->state, measuring_.model_noise);
-    built->state.model_sigma_px = found_px;
-    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s", found_px,
-                built->state.lens.camera.readout_s);
-    if (std::abs(found_px - assumed_px) <= kSameWeights * assumed_px) return;
+    const double assumed_px = state.model_sigma_px;
+    adjust([&](SurveyGrowth* growth) { growth->Settle(stop); });
+    if (std::abs(state.model_sigma_px - assumed_px) <= kSameWeights * assumed_px) break;
   }
+  adjust([&](SurveyGrowth* growth) { growth->Finish(stop); });
 }
 
 /// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
-/// they don't mean. Few views, or views under one heading, explain all and tell nothing.
-void SurveyMapper::RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) {
+/// they don't mean. Few views, or views under one heading, explain all and tell nothing. False, and
+/// all as before, where it is so.
+bool SurveyMapper::RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) {
   BuiltSurvey whole = *built;
   whole.state.lens.is_refined_wholly = true;
   AdjustMeasured(stop, &whole);
-  if (whole.state.model_sigma_px > options_.max_model_sigma_px) return;
+  if (whole.state.model_sigma_px > options_.max_model_sigma_px) return false;
   const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
   const double limit = options_.max_lens_sigma;
-  if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return;
+  if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return false;
   *built = std::move(whole);
   KeepLensOneToOne(stop, built);
+  return true;
 }
 
 /// Where few photographs tell the lens's bend at their corners, it may fold over there.
@@ -275,6 +281,7 @@ void SurveyMapper::KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurv
   lens.is_refined = false;
   SurveyGrowth growth(&built->tracks, &built->px, lens, options_);
   growth.Resume(built->state);
+  growth.Settle(stop);
   growth.Finish(stop);
   built->state = growth.state();
 }

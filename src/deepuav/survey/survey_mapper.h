@@ -8,6 +8,7 @@
 
 #include "deepuav/base/stages.h"
 #include "deepuav/features/extractor.h"
+#include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/survey/pair_evidence.h"
@@ -24,6 +25,8 @@ struct SurveyEyes {
   Matcher* learned = nullptr;              ///< May be null.
   const Vocabulary* vocabulary = nullptr;  ///< Null: by the order of the photographs alone.
   LenslessExtractor* reduced = nullptr;    ///< Null: photographs are seen at their size alone.
+  TurnedDescriber* turned = nullptr;       ///< Null: under the headings that views come with.
+  TemporaryFile* turned_file = nullptr;    ///< Where what it gives waits; null: in memory.
 };
 
 /// How points are measured once the map stands.
@@ -76,7 +79,7 @@ class SurveyMapper {
                      const std::function<bool()>& stop);
   void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
   void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built);
-  void RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
+  bool RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
   void Sharpen(const std::function<bool()>& stop, BuiltSurvey* built);
   PairJudge JudgeOfPairs() const;
   Camera CameraOf(const SurveyLens& lens) const;

@@ -39,7 +39,8 @@ struct SurveyOptions {
   int contradicting_matches = 40;   ///< Of a pair that the map puts elsewhere, at least...
   double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.
   double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
-  int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points at the end.
+  int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points, at most.
+  int threads = 0;        ///< That adjust a map; 0: one a core. They change nothing in the result.
 
   void Check() const;
   template <typename Visitor>
@@ -124,9 +125,15 @@ struct SurveyOptions {
           "share below which matches that hold one of the two where it is may be of what merely "
           "looks alike",
           Between(0, 1));
-    visit("finish_rounds", finish_rounds, "", "rounds of adjusting and completing at the end",
-          Between(1, 100));
+    visit("finish_rounds", finish_rounds, "",
+          "rounds of adjusting all and completing its points, at most", Between(1, 100));
+    visit("threads", threads, "",
+          "threads that adjust a map (0: one a core), which change nothing in the result",
+          Between(0, 64));
   }
 };
+
+/// At least 1.
+int ThreadsOf(const SurveyOptions& options);
 
 }  // namespace deepuav

@@ -38,7 +38,7 @@ std::vector<Resemblance> ViewsLike(const SurveyView& view, int self, const Place
   };
   query(FeaturesOf(view).descriptors, 0);
   for (size_t i = 0; i < view.turned.size(); ++i) {
-    if (view.turned[i].size() > 0) query(view.turned[i], static_cast<int>(i) + 1);
+    if (view.turned[i].size() > 0) query(view.turned[i].Load(), static_cast<int>(i) + 1);
   }
   std::stable_sort(all.begin(), all.end(), [](const Resemblance& a, const Resemblance& b) {
     return a.similarity > b.similarity;
@@ -120,11 +120,25 @@ std::vector<MatchedPair> PairMatching::Match(const std::vector<PairCandidate>& c
 std::vector<Match> PairMatching::MatchCandidate(const PairCandidate& candidate) {
   if (candidate.halvings != 0) return MatchReduced(candidate);
   if (candidate.quarter_turns == 0) return MatchUpright(candidate);
+  return MatchTurned(candidate);
+}
+
+/// Either of both may be turned.
+std::vector<Match> PairMatching::MatchTurned(const PairCandidate& candidate) {
   const SurveyView& a = (*views_)[static_cast<size_t>(candidate.a)];
-  const Features& b = FeaturesOf((*views_)[static_cast<size_t>(candidate.b)]);
-  const Descriptors& turned = a.turned[static_cast<size_t>(candidate.quarter_turns - 1)];
-  if (turned.size() == 0) return {};
-  return Verify(candidate, quick_->MatchFeatures({FeaturesOf(a).keypoints, turned}, b));
+  const SurveyView& b = (*views_)[static_cast<size_t>(candidate.b)];
+  const auto turned = [](const SurveyView& view, int quarter_turns) -> const StoredDescriptors& {
+    return view.turned[static_cast<size_t>(quarter_turns) - 1];
+  };
+  const StoredDescriptors& of_a = turned(a, candidate.quarter_turns);
+  const StoredDescriptors& of_b = turned(b, 4 - candidate.quarter_turns);
+  if (of_a.size() > 0) {
+    return Verify(candidate,
+                  quick_->MatchFeatures({FeaturesOf(a).keypoints, of_a.Load()}, FeaturesOf(b)));
+  }
+  if (of_b.size() == 0) return {};
+  return Verify(candidate,
+                quick_->MatchFeatures(FeaturesOf(a), {FeaturesOf(b).keypoints, of_b.Load()}));
 }
 
 std::vector<Match> PairMatching::MatchUpright(const PairCandidate& candidate) {
@@ -149,7 +163,7 @@ std::vector<Match> PairMatching::MatchReduced(const PairCandidate& candidate) {
   Features turned;
   if (turns != 0) {
     const SurveyView& whole = a_is_whole ? a : b;
-    turned = {FeaturesOf(whole).keypoints, whole.turned[static_cast<size_t>(turns) - 1]};
+    turned = {FeaturesOf(whole).keypoints, whole.turned[static_cast<size_t>(turns) - 1].Load()};
     if (turned.descriptors.size() == 0) return {};
   }
   const Features& seen_by_a = a_is_whole && turns != 0 ? turned : a.FeaturesAt(of_a);

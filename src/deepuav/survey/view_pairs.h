@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -8,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "deepuav/features/turned_describer.h"
+#include "deepuav/features/stored_descriptors.h"
 #include "deepuav/image/image_store.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/matching/matcher.h"
@@ -21,8 +22,10 @@ namespace deepuav {
 struct SurveyView {
   static constexpr int kMostHalvings = 2;
 
-  Frame frame;               ///< Its image: null where `images` has it.
-  TurnedDescriptors turned;  ///< Of its key points under other headings, or without rows.
+  Frame frame;  ///< Its image: null where `images` has it.
+  /// Of its key points turned clockwise by one, two and three quarters, or without rows. A pair
+  /// needs one of both turned: three quarters of one are one of the other.
+  std::array<StoredDescriptors, 3> turned;
   /// Of the photograph as it is, at half and at a quarter of its size: the frame's are then all of
   /// these, one after the other. Empty until it was looked at reduced.
   std::vector<std::shared_ptr<const Features>> features_by_halvings = {};
@@ -77,6 +80,7 @@ class PairMatching {
 
  private:
   std::vector<deepuav::Match> MatchCandidate(const PairCandidate& candidate);
+  std::vector<deepuav::Match> MatchTurned(const PairCandidate& candidate);
   std::vector<deepuav::Match> MatchUpright(const PairCandidate& candidate);
   std::vector<deepuav::Match> MatchReduced(const PairCandidate& candidate);
   std::vector<deepuav::Match> Verify(const PairCandidate& candidate,

@@ -14,11 +14,18 @@
 namespace deepuav {
 namespace {
 
-SurveyView ViewOf(Frame frame, TurnedDescriber* turned, ImageStore* images, StageClock* clock) {
+/// Clockwise: under these headings all photographs are described, for pairs of all headings.
+constexpr int kTurnsDescribed[] = {1, 2};
+
+SurveyView ViewOf(Frame frame, TurnedDescriber* turned, ImageStore* images,
+                  TemporaryFile* turned_file, StageClock* clock) {
   SurveyView view;
   if (turned) {
     const StageScope stage(clock, "turned descriptors");
-    view.turned = turned->Describe(frame.image->image(), *frame.features);
+    for (const int turns : kTurnsDescribed) {
+      view.turned[static_cast<size_t>(turns) - 1] = {
+          turned->DescribeTurned(frame.image->image(), *frame.features, turns), turned_file};
+    }
   }
   if (frame.image) {
     view.image_number = images->Add(std::move(frame.image));
@@ -87,6 +94,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   SurveyRun run;
   StageClock clock;
   ImageStore kept_images(options.survey.images_in_memory);
+  TemporaryFile turned_file;
   std::vector<SurveyView> views;
   {
     SequentialFeed sequential(images, perception.extractor, &clock);
@@ -95,7 +103,8 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
       std::optional<Frame> frame = feed.Next();
       if (!frame) break;
       const FrameId id = frame->id;
-      views.push_back(ViewOf(std::move(*frame), perception.turned, &kept_images, &clock));
+      views.push_back(
+          ViewOf(std::move(*frame), perception.turned, &kept_images, &turned_file, &clock));
       if (progress) progress(id);
     }
   }
@@ -110,9 +119,10 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   };
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
-  SurveyMapper mapper(camera, focal_sigma, options.survey,
-                      {quick, learned, perception.vocabulary, perception.reduced}, &clock,
-                      {options.patches, options.mapping.model_noise});
+  SurveyMapper mapper(
+      camera, focal_sigma, options.survey,
+      {quick, learned, perception.vocabulary, perception.reduced, perception.turned, &turned_file},
+      &clock, {options.patches, options.mapping.model_noise});
   std::vector<Frame> frames;
   for (const SurveyView& view : views) frames.push_back(view.frame);
   try {

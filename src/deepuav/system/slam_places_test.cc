@@ -192,9 +192,10 @@ TEST(SlamPlaces, GivesTheSameBytesOnThreads) {
 /// Gives the upright descriptors for all headings, and counts.
 class CountingDescriber : public TurnedDescriber {
  public:
-  TurnedDescriptors Describe(const GreyImage&, const Features& features) override {
-    ++calls;
-    return {features.descriptors, features.descriptors, features.descriptors};
+  Descriptors DescribeTurned(const GreyImage&, const Features& features,
+                             int quarter_turns) override {
+    calls += quarter_turns == 1;
+    return features.descriptors;
   }
   int calls = 0;
 };
