@@ -21,7 +21,7 @@ struct LocalLandmark {
   int reference = -1;  ///< Index into LocalMap::keyframes: whose image shows the patch to look for.
   PixelMeasurement reference_measured = {};                  ///< Where.
   Eigen::Matrix3d position_noise = Eigen::Matrix3d::Zero();  ///< As of PositionNoise.
-  Eigen::Vector3d normal_world = {};                         ///< As of Landmark::SurfaceNormal.
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();    ///< As of Landmark::SurfaceNormal.
 };
 
 /// A keyframe as the Tracker needs it.
