@@ -76,8 +76,11 @@ class SurveyMapperTest : public ::testing::Test {
     return guess;
   }
 
-  SurveyOutcome Run(const std::vector<SurveyView>& views, const Camera& guess, double focal_sigma) {
-    return SurveyMapper(guess, focal_sigma, Exhaustive(), {&matcher_}, nullptr).Run(views);
+  SurveyOutcome Run(const std::vector<SurveyView>& views, const Camera& guess, double focal_sigma,
+                    int threads = 0) {
+    SurveyOptions options = Exhaustive();
+    options.threads = threads;
+    return SurveyMapper(guess, focal_sigma, options, {&matcher_}, nullptr).Run(views);
   }
 
   /// Root mean square of the positions off the truth, after alignment, m.
@@ -146,9 +149,9 @@ TEST_F(SurveyMapperTest, AnyOrderGivesTheSameMap) {
   EXPECT_LT(PositionError(shuffled, order), 0.15);
 }
 
-TEST_F(SurveyMapperTest, IsTheSameEveryTime) {
+TEST_F(SurveyMapperTest, IsTheSameEveryTimeOnAnyNumberOfThreads) {
   const std::vector<SurveyView> views = Views(InOrder(), bent_);
-  const SurveyOutcome a = Run(views, Guess(1.4), 0.1), b = Run(views, Guess(1.4), 0.1);
+  const SurveyOutcome a = Run(views, Guess(1.4), 0.1, 1), b = Run(views, Guess(1.4), 0.1, 3);
   EXPECT_EQ(a.camera.pinhole.fx, b.camera.pinhole.fx);
   for (size_t v = 0; v < views.size(); ++v) {
     const auto pose = [v](const SurveyOutcome& outcome) {
