@@ -9,6 +9,8 @@
 
 namespace deepuav {
 
+int CoreCount() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
+
 void ForEachInParallel(int count, int threads, const std::function<void(int)>& work) {
   std::atomic<int> next = 0;
   std::mutex failure_mutex;

@@ -9,6 +9,9 @@ namespace deepuav {
 /// is one. Returns when all are done; rethrows what one of them threw, and begins no more then.
 void ForEachInParallel(int count, int threads, const std::function<void(int)>& work);
 
+/// Of this machine; 1 where that is not known.
+int CoreCount();
+
 /// Part `part` of `parts` of the numbers from 0 to `count` - 1: [first, last).
 struct PartOf {
   int first, last;
