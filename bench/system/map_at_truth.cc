@@ -94,6 +94,12 @@ BundleProblem WithStatedNoise(BundleProblem problem, const BundleReport& report,
   return problem;
 }
 
+void ForgetNormals(Map* map) {
+  std::vector<LandmarkId> landmarks;
+  map->landmarks().ForEach([&](const Landmark& landmark) { landmarks.push_back(landmark.id); });
+  for (const LandmarkId id : landmarks) map->SetNormal(id, Eigen::Vector3d::Zero());
+}
+
 int Run(int argc, char** argv) {
   const bool facing = argc == 4 && std::string_view(argv[3]) == "facing";
   if (argc != 3 && !facing) {
@@ -102,6 +108,7 @@ int Run(int argc, char** argv) {
   }
   LoadedAtlas loaded = ReadMapFile(argv[1]);
   Map& map = loaded.atlas.At(loaded.atlas.Remaining().at(0));
+  if (facing) ForgetNormals(&map);
   PatchObserver(loaded.camera, {}, {}, {.enabled = !facing}).RemeasureAll(&map);
   BundleWindow window = MakeBundleWindow(map, AllKeyframes(map), loaded.camera.pinhole);
   const std::vector<SE3> truth = TruePoses(map, window.keyframes, LoadTruth(argv[2]).trajectory);
