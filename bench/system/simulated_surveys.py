@@ -8,6 +8,7 @@
 |---|---|
 | climb | flights/climb.yaml from 10 to 120 m and back, a photograph every 2 s, over countryside |
 | climb_random, climb_exif | the same photographs in random order; with EXIF that says 5 % too much |
+| climb_rtk, large_rtk | the photographs with XMP of positions to 1 (up: 2) cm, as by a receiver with corrections |
 | climb_turning | the same climb under a heading that follows the spiral |
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
@@ -18,8 +19,8 @@ Photographs of 1600x1200 but those of `large`, whose pixels are each one ray; k1
 once a seed, which is the scene's, too, and stay there. Prints a Markdown table, a row a run: photographs in the main map,
 maps, by how much the scale differs between sections of height (each twice as high as the one below; distances between
 the photographs of a section over the true ones, largest over least, in %), by how much the focal length is longer than
-the true one in % and k1 larger, root mean square error of the positions after Sim3 (after Sim3 in plan, horizontally),
-seconds and memory. Constants are chosen on seeds 4 and up, and reported on 1 to 3. Everything goes to OUT. Needs
+the true one in % and k1 larger, root mean square error of the positions after Sim3 (after Sim3 in plan, horizontally;
+with XMP horizontally and in height where they are said to be on Earth), seconds and memory. Constants are chosen on seeds 4 and up, and reported on 1 to 3. Everything goes to OUT. Needs
 build/deepuav and Python's standard library.
 """
 import argparse
@@ -64,9 +65,12 @@ FLIGHTS = {
 }
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
+            "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"),
             **{name: (name, "plain") for name in FLIGHTS}}
-NAMES = ["climb", "climb_random", "climb_exif", "climb_turning", "climb_once", "climb_steps", "two_heights", "large"]
+NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps", "two_heights", "large"]
 LOWEST_HEIGHT_M = 10
+ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
+RTK_SIGMA_M = (0.01, 0.01, 0.02)
 EXIF_EXCESS = 1.05
 FULL_FRAME_DIAGONAL_MM = 43.27
 
@@ -95,8 +99,24 @@ def with_focal_length(jpeg, focal_35mm):
     return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
 
 
+def with_fix(jpeg, position, generator):
+    """The JPEG with DJI's XMP of a measured position, and that position, east, north and up of the origin in metres."""
+    measured = [value + generator.gauss(0, sigma) for value, sigma in zip(position, RTK_SIGMA_M)]
+    latitude = math.radians(ORIGIN_DEG[0])
+    a, e2 = 6378137, 0.00669437999014  # WGS 84; over some hundred metres its plane is good to millimetres.
+    north = a * (1 - e2) / (1 - e2 * math.sin(latitude) ** 2) ** 1.5 + ORIGIN_ALTITUDE_M
+    east = (a / math.sqrt(1 - e2 * math.sin(latitude) ** 2) + ORIGIN_ALTITUDE_M) * math.cos(latitude)
+    fields = {"GpsLatitude": f"{ORIGIN_DEG[0] + math.degrees(measured[1] / north):+.10f}",
+              "GpsLongitude": f"{ORIGIN_DEG[1] + math.degrees(measured[0] / east):+.10f}",
+              "AbsoluteAltitude": f"{ORIGIN_ALTITUDE_M + measured[2]:+.3f}", "RtkFlag": "50",
+              "RtkStdLon": f"{RTK_SIGMA_M[0]:.5f}", "RtkStdLat": f"{RTK_SIGMA_M[1]:.5f}", "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}
+    body = b"http://ns.adobe.com/xap/1.0/\0" + " ".join(f'drone-dji:{key}="{value}"' for key, value in fields.items()).encode()
+    return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:], measured
+
+
 def as_photographs(simulated, folder, how, seed):
-    """Photographs that know no time but their order, and where each was taken: east, north and up in metres."""
+    """Photographs that know no time but their order; where each was taken, east, north and up in metres, and of what
+    first measured position a map on Earth is, or None."""
     images = folder / "images"
     shutil.rmtree(folder, ignore_errors=True)
     images.mkdir(parents=True)
@@ -107,16 +127,22 @@ def as_photographs(simulated, folder, how, seed):
             file = flight / f"mav0/cam0/data/{time}.jpg"
             if file.is_file():
                 taken.append((file, [float(value) for value in position]))
+    generator = random.Random(seed)
     if how == "random":
-        random.Random(seed).shuffle(taken)
-    for number, (file, _) in enumerate(taken):
+        generator.shuffle(taken)
+    origin = None
+    for number, (file, position) in enumerate(taken):
         if how == "exif":
             diagonal = math.hypot(LENS["camera.width"], LENS["camera.height"])
             focal_35mm = round(EXIF_EXCESS * LENS["camera.fx"] / diagonal * FULL_FRAME_DIAGONAL_MM)
             (images / f"{number:04}.jpg").write_bytes(with_focal_length(file.read_bytes(), focal_35mm))
+        elif how == "rtk":
+            jpeg, measured = with_fix(file.read_bytes(), position, generator)
+            origin = origin or measured
+            (images / f"{number:04}.jpg").write_bytes(jpeg)
         else:
             (images / f"{number:04}.jpg").symlink_to(file.resolve())
-    return [position for _, position in taken]
+    return [position for _, position in taken], origin
 
 
 def scale_spread(places, truth):
@@ -135,11 +161,20 @@ def scale_spread(places, truth):
     return 100 * (max(scales) / min(scales) - 1) if len(scales) > 1 else None
 
 
+def errors_on_earth(places, truth, origin):
+    """Horizontally and in height, m; nothing without an origin."""
+    if not origin or not places:
+        return {}
+    off = [[p + o - t for p, o, t in zip(place, origin, truth[number])] for number, place in places.items()]
+    squares = [sum(error[axis] ** 2 for error in off) / len(off) for axis in range(3)]
+    return {"east_north_m": math.sqrt(squares[0] + squares[1]), "up_m": math.sqrt(squares[2])}
+
+
 def measure(name, seed, arguments):
     flights, how = VARIANTS[name]
     simulated = render(FLIGHTS[flights], seed, flights, arguments)
     out = arguments.out / f"{name}-{seed}"
-    truth = as_photographs(simulated, out / "photographs", how, seed)
+    truth, origin = as_photographs(simulated, out / "photographs", how, seed)
     result = run(name, out / "photographs", out, arguments)
     if "failure" in result:
         return {**result, "seed": seed}
@@ -153,15 +188,17 @@ def measure(name, seed, arguments):
     full = evaluate(out / "truth.txt", out / "main.txt")
     flat = evaluate(out / "truth.txt", out / "main.txt", "--horizontal")
     options = {**LENS, **FLIGHTS[flights][0][1]}
-    return {**result, "seed": seed, "ate_m": full and full["ate_m"]["rmse"],
+    return {**result, **errors_on_earth(places, truth, origin), "seed": seed, "ate_m": full and full["ate_m"]["rmse"],
             "horizontal_m": flat and flat["ate_m"]["rmse"], "scale_spread": scale_spread(places, truth),
             "focal_error": 100 * (result["focal_px"] / options["camera.fx"] - 1) if result["focal_px"] else None,
             "k1_error": result["k1"] - K1 if result["k1"] is not None else None}
 
 
 def row(result):
+    on_earth = "; on Earth {east_north_m:.3f}, up {up_m:.3f}" if "up_m" in result else ""
     return table_row(result, f"{result['name']} {result['seed']}",
-                     ["{scale_spread:.2f}", "{focal_error:+.2f}", "{k1_error:+.3f}", "{ate_m:.3f} ({horizontal_m:.3f})"])
+                     ["{scale_spread:.2f}", "{focal_error:+.2f}", "{k1_error:+.3f}",
+                      "{ate_m:.3f} ({horizontal_m:.3f})" + on_earth])
 
 
 def main():

@@ -149,7 +149,8 @@ std::optional<Timestamp> ParseTime(const std::string& text, const std::string& d
   return Timestamp{seconds * 1000000000 + nanoseconds};
 }
 
-constexpr double kMostMinutes = 60;  // And seconds: some round up to it.
+constexpr int kHorizontalPositioningError = 0x001F;  // GPSHPositioningError, in metres.
+constexpr double kMostMinutes = 60;                  // And seconds: some round up to it.
 
 // Degrees, minutes and seconds, negative where the reference letter is `negative_ref`.
 std::optional<double> ReadAngleDeg(const ExifBlock& exif, int tag, int ref_tag, char negative_ref) {
@@ -165,16 +166,6 @@ std::optional<double> ReadAngleDeg(const ExifBlock& exif, int tag, int ref_tag, 
   return reference[0] == negative_ref ? -angle : angle;
 }
 
-// Some cameras leave bytes of other things where no fix was: neither what is no angle, nor anything
-// less than a minute from where the equator meets the prime meridian, is one.
-bool IsFix(const GnssFix& fix) {
-  constexpr double kMinute_deg = 1.0 / 60;
-  const double latitude_deg = std::abs(fix.latitude_deg);
-  const double longitude_deg = std::abs(fix.longitude_deg);
-  return latitude_deg <= 90 && longitude_deg <= 180 &&
-         (latitude_deg >= kMinute_deg || longitude_deg >= kMinute_deg);
-}
-
 std::optional<GnssFix> ReadFix(const ExifBlock& exif) {
   const auto latitude = ReadAngleDeg(exif, EXIF_TAG_GPS_LATITUDE, EXIF_TAG_GPS_LATITUDE_REF, 'S');
   const auto longitude =
@@ -183,10 +174,13 @@ std::optional<GnssFix> ReadFix(const ExifBlock& exif) {
   GnssFix fix;
   fix.latitude_deg = *latitude;
   fix.longitude_deg = *longitude;
-  if (!IsFix(fix)) return std::nullopt;
+  if (!IsPlaceOnEarth(fix)) return std::nullopt;
   fix.altitude_m = exif.Ratio(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE);
   const bool below_sea_level = exif.Byte(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE_REF) == 1;
   if (fix.altitude_m && below_sea_level) fix.altitude_m = -*fix.altitude_m;
+  const double sigma_m =
+      Positive(exif.Ratio(EXIF_IFD_GPS, kHorizontalPositioningError)).value_or(0);
+  fix.sigma_m = {sigma_m, sigma_m, 0};
   return fix;
 }
 
@@ -239,6 +233,14 @@ std::vector<uint8_t> ForLibexif(std::span<const uint8_t> bytes) {
 }
 
 }  // namespace
+
+bool IsPlaceOnEarth(const GnssFix& fix) {
+  constexpr double kMinute_deg = 1.0 / 60;
+  const double latitude_deg = std::abs(fix.latitude_deg);
+  const double longitude_deg = std::abs(fix.longitude_deg);
+  return latitude_deg <= 90 && longitude_deg <= 180 &&
+         (latitude_deg >= kMinute_deg || longitude_deg >= kMinute_deg);
+}
 
 PhotoExif ParseExif(std::span<const uint8_t> bytes) {
   const ExifBlock block(ForLibexif(bytes));

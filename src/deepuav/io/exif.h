@@ -23,6 +23,10 @@ struct PhotoExif {
   std::optional<double> sensor_width_mm;    ///< By FocalPlaneXResolution and PixelXDimension.
 };
 
+/// Whether a fix can be one: no angle beyond its range, and nothing within a minute of where the
+/// equator meets the prime meridian, which some cameras write where they had no fix.
+bool IsPlaceOnEarth(const GnssFix& fix);
+
 /// Reads the EXIF of a JPEG, PNG or TIFF file. Throws Error when the file cannot be read; no EXIF
 /// is no error.
 PhotoExif ReadExif(const std::filesystem::path& file);

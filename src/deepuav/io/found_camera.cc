@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "deepuav/base/error.h"
@@ -25,20 +24,6 @@ Camera CentredCamera(double focal_px, const cv::Size& size) {
   camera.height = size.height;
   camera.pinhole = {focal_px, focal_px, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
   return camera;
-}
-
-/// The number that follows `name`, as an attribute (name="1") or as an element (<name>1</name>).
-std::optional<double> XmpNumber(std::string_view head, std::string_view name) {
-  size_t at = head.find(name);
-  if (at == std::string_view::npos) return std::nullopt;
-  at += name.size();
-  constexpr std::string_view kBetween = "=\"'> \t";
-  while (at < head.size() && kBetween.find(head[at]) != std::string_view::npos) ++at;
-  if (at < head.size() && head[at] == '+') ++at;
-  double value = 0;
-  const auto [end, status] = std::from_chars(head.data() + at, head.data() + head.size(), value);
-  if (status != std::errc() || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 bool CanBeFocal(double focal_px, const cv::Size& size) {
@@ -68,13 +53,6 @@ std::optional<FoundCamera> CameraFromXmp(const XmpLens& xmp, const cv::Size& siz
 }  // namespace
 
 CalibrationSource CalibrationByHand() { return {"camera.yaml, model auto", kSigmaByHand}; }
-
-std::optional<XmpLens> ParseXmpLens(std::string_view head) {
-  const auto focal = XmpNumber(head, "drone-dji:CalibratedFocalLength");
-  if (!focal || *focal <= 0) return std::nullopt;
-  return XmpLens{*focal, XmpNumber(head, "drone-dji:CalibratedOpticalCenterX"),
-                 XmpNumber(head, "drone-dji:CalibratedOpticalCenterY")};
-}
 
 std::optional<FoundCamera> CameraFromMetadata(const std::optional<XmpLens>& xmp,
                                               const PhotoExif& exif, const cv::Size& size) {

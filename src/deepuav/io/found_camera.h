@@ -2,11 +2,12 @@
 
 #include <opencv2/core/types.hpp>
 #include <optional>
-#include <string_view>
+#include <string>
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/io/dataset.h"
 #include "deepuav/io/exif.h"
+#include "deepuav/io/xmp.h"
 
 namespace deepuav {
 
@@ -18,16 +19,6 @@ struct FoundCamera {
 
 /// How far a `camera.yaml` of `model: auto` is trusted.
 CalibrationSource CalibrationByHand();
-
-/// What a maker's XMP says of the lens: DJI's drone-dji:CalibratedFocalLength and
-/// CalibratedOpticalCenterX, Y, in pixels of the image as the camera wrote it.
-struct XmpLens {
-  double focal_px = 0;
-  std::optional<double> cx_px, cy_px;
-};
-
-/// From the first bytes of a photograph; nothing where they say nothing that can be.
-std::optional<XmpLens> ParseXmpLens(std::string_view head);
 
 /// The camera of photographs of that size by the first that tells of XMP, EXIF's 35 mm equivalent,
 /// EXIF's focal length with the sensor's width; nothing where none does.

@@ -15,6 +15,7 @@
 #include "deepuav/io/layout_readers.h"
 #include "deepuav/io/sensor_files.h"
 #include "deepuav/io/text_file.h"
+#include "deepuav/io/xmp.h"
 
 namespace deepuav {
 namespace {
@@ -25,8 +26,24 @@ struct Photograph {
   fs::path file;
   PhotoExif exif;
   std::optional<XmpLens> xmp;
+  std::optional<GnssFix> fix;    ///< By the best of what the file says.
   std::optional<cv::Size> size;  ///< Nothing where it cannot be read.
 };
+
+/// Many cameras write altitudes from another origin, or the barometer's.
+constexpr double kAltitudeSigma_m = 10;
+
+std::optional<GnssFix> FixOf(const PhotoExif& exif, std::string_view head) {
+  std::optional<GnssFix> fix = ParseXmpRtkFix(head);
+  if (!fix) {
+    fix = exif.fix;
+    if (!fix) return fix;
+    const Eigen::Vector3d accuracy_m = ParseXmpAccuracy_m(head);
+    if (accuracy_m.x() > 0) fix->sigma_m = accuracy_m;
+  }
+  if (fix->sigma_m.z() == 0) fix->sigma_m.z() = kAltitudeSigma_m;
+  return fix;
+}
 
 /// What the file says of itself before its pixels.
 void ReadHeader(Photograph* photograph) {
@@ -36,6 +53,7 @@ void ReadHeader(Photograph* photograph) {
     const std::string head = ReadHead(photograph->file, kHeadBytes);
     photograph->exif = ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
     photograph->xmp = ParseXmpLens(head);
+    photograph->fix = FixOf(photograph->exif, head);
     photograph->size = StoredSize(photograph->file);
   } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
     Log().warn("{}", error.what());
@@ -55,7 +73,7 @@ std::vector<Photograph> ListPhotographs(const fs::path& images) {
        fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
     const fs::path& file = entry.path();
     if (IsImageFileName(file) && !IsHidden(file, images) && !entry.is_directory())
-      photographs.push_back({file, {}, {}, {}});
+      photographs.push_back({file, {}, {}, {}, {}});
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;
@@ -123,9 +141,6 @@ void KeepLargestGroup(std::vector<Photograph>* photographs) {
 }
 
 constexpr int64_t kSecond = 1000000000;
-/// Many cameras write altitudes from another origin, or the barometer's.
-constexpr double kAltitudeSigma_m = 10;
-
 /// Gives photographs of the same time, as cameras that leave out fractions of a second write them,
 /// equal parts of the second or of what passes until the next. Says no where all have one time, or
 /// more than a camera takes in a second: that is when they were copied.
@@ -177,10 +192,9 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
 std::vector<GnssFix> FixesOf(const std::vector<Photograph>& photographs) {
   std::vector<GnssFix> fixes;
   for (const Photograph& photograph : photographs) {
-    if (!photograph.exif.fix) continue;
-    fixes.push_back(*photograph.exif.fix);
+    if (!photograph.fix) continue;
+    fixes.push_back(*photograph.fix);
     fixes.back().time = *photograph.exif.time;
-    fixes.back().sigma_m.z() = kAltitudeSigma_m;
   }
   return fixes;
 }

@@ -252,8 +252,22 @@ class RobustFit {
     return refined;
   }
 
+  /// Whether most state so little that they are of the carrier's phase.
+  bool ByCarrier() const {
+    const auto stating = std::count_if(
+        found_.positions.begin(), found_.positions.end(), [&](const PositionOnPath& at) {
+          return at.sigma_is_stated && at.sigma_m.head<2>().maxCoeff() < noise_.carrier_sigma_m;
+        });
+    return 2 * stating > std::ssize(found_.positions);
+  }
+
   void CountIndependent() {
     const double used = found_.used();
+    found_.by_carrier = ByCarrier();
+    if (found_.by_carrier) {
+      found_.fixes_per_independent = 1;
+      return;
+    }
     const double duration_s =
         SecondsBetween(found_.positions.front().camera.time, found_.positions.back().camera.time);
     const double independent =

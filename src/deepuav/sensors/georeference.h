@@ -59,6 +59,7 @@ struct Georeference {
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used.
   /// So many fixes tell as much as one whose error is independent of the others'.
   double fixes_per_independent = 1;
+  bool by_carrier = false;                ///< The fixes state to be of the carrier's phase.
   std::vector<PositionOnPath> positions;  ///< As given to Georeferencer, times on the camera's
                                           ///< clock.
   std::vector<uint8_t> outlier;           ///< One per position.

@@ -259,6 +259,18 @@ TEST_F(GeoreferenceTest, ErrorsThatLastAreWorthFewerFixes) {
   EXPECT_NEAR(attempt.found->IndependentSigma(0).x(), 0.5 * std::sqrt(200), 1.5);
 }
 
+TEST_F(GeoreferenceTest, ErrorsOfFixesByTheCarriersPhaseDoNotLast) {
+  fixes_ = FixesOf(flight_, 0.02, &random_);
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_TRUE(attempt.found->by_carrier);
+  EXPECT_EQ(attempt.found->fixes_per_independent, 1);
+  for (LocalFix& fix : fixes_) fix.sigma_is_stated = false;  // By the options alone.
+  const auto unstated = Find();
+  ASSERT_TRUE(unstated.found) << unstated.reason;
+  EXPECT_GT(unstated.found->fixes_per_independent, 100);
+}
+
 TEST(PlaceOnPath, FixesThatComeMoreOftenAreInterpolated) {
   const Trajectory path{{AtSeconds(0), SE3()}, {AtSeconds(3), SE3()}, {AtSeconds(6), SE3()}};
   std::vector<LocalFix> fixes;

@@ -15,6 +15,7 @@ struct GnssNoise {
   double horizontal_sigma_m = 1.5;
   double vertical_sigma_m = 3;
   double correlation_s = 60;        ///< In which the correlation of the errors falls to 1/e.
+  double carrier_sigma_m = 0.1;     ///< Who states less has corrections (RTK, PPK).
   double level_flight_sigma_m = 5;  ///< Without altitudes the flight is taken to be this level.
 
   void Check() const;
@@ -25,6 +26,11 @@ struct GnssNoise {
     visit("vertical_sigma_m", vertical_sigma_m, "m", "the same, up", Between(0.001, 10'000));
     visit("correlation_s", correlation_s, "s",
           "in which the correlation of a receiver's errors falls to 1/e", Between(0, 1e6));
+    visit(
+        "carrier_sigma_m", carrier_sigma_m, "m",
+        "fixes that mostly state less, east and north, are by the carrier's phase with corrections "
+        "(RTK, PPK): their errors do not last",
+        Between(0, 10'000));
     visit("level_flight_sigma_m", level_flight_sigma_m, "m",
           "how level a flight is taken to be whose fixes have no altitude", Between(0.001, 10'000));
   }

@@ -13,10 +13,19 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr int kRounds = 2;  // Who is an outlier shows better once the fixes took out the drift.
+/// Fixes to centimetres show it better with each round, while their spread still falls by so much.
+constexpr int kCarrierRounds = 8;
+constexpr double kSpreadStillFalls = 0.8;
 /// Pairs of keyframes whose distances together hold the scale of a map.
 constexpr int kDistances = 20;
 /// Over their common standard deviation: fixes and IMU contradict each other.
 constexpr double kContradictionSigmas = 4;
+/// Whether the map was still so far off that what the fixes state shows only now.
+bool SpreadFell(const Georeference& before, const Georeference& now) {
+  return now.by_carrier && (now.horizontal_ratio < kSpreadStillFalls * before.horizontal_ratio ||
+                            now.vertical_ratio < kSpreadStillFalls * before.vertical_ratio);
+}
+
 /// Knows which way is about up, and nothing more.
 constexpr MetricPrior kRoughlyUp{1e3, 1e3};
 
@@ -75,10 +84,12 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
   mapper_->ChangeGauge(map, attempt.found->local_from_world,
                        {GaugeKind::kGeoreferenced, origin_, attempt.found->scale_sigma()});
   clock = {attempt.found->clock_offset_s, 0};
-  for (int round = 0; round < kRounds && !(stop && stop()); ++round) {
+  for (int round = 0; round < kCarrierRounds && !(stop && stop()); ++round) {
     // Outliers and spread about the path as it is now; its place follows from the factors.
+    const Georeference before = *attempt.found;
     attempt = Find(PathIn(*atlas_, map, records), clock, known);
     if (!attempt.found) break;
+    if (round >= kRounds && !SpreadFell(before, *attempt.found)) break;
     const MapFactors factors = FactorsOf(map, *attempt.found, by_imu);
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &factors);
     report.height_steps = static_cast<int>(factors.height_steps.size());

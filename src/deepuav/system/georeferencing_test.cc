@@ -54,12 +54,13 @@ class GeoreferencingTest : public testing::Test {
 
   Map& map() { return made_.atlas.At(MapId{0}); }
 
-  void AddFix(Timestamp time, const Eigen::Vector3d& position_m, Random* random) {
-    const Eigen::Vector3d noise(random->Gaussian(0.3), random->Gaussian(0.3),
-                                random->Gaussian(0.3));
+  void AddFix(Timestamp time, const Eigen::Vector3d& position_m, Random* random,
+              double sigma_m = 0.3) {
+    const Eigen::Vector3d noise(random->Gaussian(sigma_m), random->Gaussian(sigma_m),
+                                random->Gaussian(sigma_m));
     const GeoPoint point = GeoFromLocal(kOrigin, position_m + noise);
     streams_.gnss.fixes.push_back({time, point.latitude_deg, point.longitude_deg, point.altitude_m,
-                                   Eigen::Vector3d::Constant(0.3)});
+                                   Eigen::Vector3d::Constant(sigma_m)});
     streams_.barometer.samples.push_back({time, 0, 20 + (position_m).z()});
   }
 
@@ -135,6 +136,20 @@ TEST_F(GeoreferencingTest, FixesTakeOutTheDriftOfTheCamera) {
   ASSERT_TRUE(report.found) << report.reason;
   EXPECT_LT(Error(report.origin), 0.25);
   EXPECT_GT(report.height_steps, 10);
+}
+
+TEST_F(GeoreferencingTest, FixesToCentimetresLeaveNoDrift) {
+  Drift(0.5);
+  streams_.gnss.fixes.clear();
+  streams_.barometer.samples.clear();
+  Random random(4);
+  for (size_t i = 0; i < flight_.size(); ++i)
+    AddFix(records_[i].time, flight_[i].Inverse() * kAntenna, &random, 0.02);
+  options_.gnss.correlation_s = 60;
+  const GeoreferenceReport report = Apply();
+  ASSERT_TRUE(report.found) << report.reason;
+  EXPECT_EQ(report.used, kRows * kColumns);
+  EXPECT_LT(Error(report.origin), 0.03);
 }
 
 TEST_F(GeoreferencingTest, PosesBetweenKeyframesScaleWithTheMap) {
