@@ -252,18 +252,9 @@ class RobustFit {
     return refined;
   }
 
-  /// Whether most state so little that they are of the carrier's phase.
-  bool ByCarrier() const {
-    const auto stating = std::count_if(
-        found_.positions.begin(), found_.positions.end(), [&](const PositionOnPath& at) {
-          return at.sigma_is_stated && at.sigma_m.head<2>().maxCoeff() < noise_.carrier_sigma_m;
-        });
-    return 2 * stating > std::ssize(found_.positions);
-  }
-
   void CountIndependent() {
     const double used = found_.used();
-    found_.by_carrier = ByCarrier();
+    found_.by_carrier = AreByCarrier(fixes_, noise_);
     if (found_.by_carrier) {
       found_.fixes_per_independent = 1;
       return;
@@ -359,6 +350,13 @@ Eigen::Vector3d Georeference::IndependentSigma(size_t i) const {
   // see how slowly its errors change.
   if (at.sigma_is_stated) ratio = ratio.cwiseMax(1);
   return std::sqrt(fixes_per_independent) * at.sigma_m.cwiseProduct(ratio);
+}
+
+bool AreByCarrier(const std::vector<LocalFix>& fixes, const GnssNoise& noise) {
+  const auto stating = std::count_if(fixes.begin(), fixes.end(), [&](const LocalFix& fix) {
+    return fix.sigma_is_stated && fix.sigma_m.head<2>().maxCoeff() < noise.carrier_sigma_m;
+  });
+  return 2 * stating > std::ssize(fixes);
 }
 
 GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,

@@ -89,6 +89,9 @@ struct GeoreferenceAttempt {
   std::string reason;  ///< Why nothing was found, for a person.
 };
 
+/// Whether most fixes state so little that they are by the carrier's phase with corrections.
+bool AreByCarrier(const std::vector<LocalFix>& fixes, const GnssNoise& noise);
+
 /// Finds the similarity (and, where its prior leaves it open, the clock offset) under which the
 /// antenna's path lies nearest to the fixes: hypotheses from three fixes each, judged by the median
 /// distance, then iteratively reweighted least squares over all that are no outliers. The errors of

@@ -89,6 +89,9 @@ class Georeferencing {
                            bool refine_focal, const std::function<bool()>& stop);
 
   /// The same, one after another, for all of these maps that have no place yet: by an earlier run.
+  /// Whether the fixes tell more of the lens than views of flat ground from one height do.
+  bool TellsFocalLength() const { return AreByCarrier(fixes_, options_.gnss); }
+
   /// `refines_focal`: whether with a map the focal length is refined.
   std::map<MapId, GeoreferenceReport> ApplyToAll(const std::vector<MapId>& maps,
                                                  const std::vector<FrameRecord>& records,

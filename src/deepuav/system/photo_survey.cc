@@ -1,5 +1,7 @@
 #include "deepuav/system/photo_survey.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -56,17 +58,35 @@ FrameRecord RecordOf(const Frame& frame, const SurveyOutcome& outcome,
   return record;
 }
 
-/// In the lens that the survey found: that is kept.
+/// The lens under which the same undistorted pixels belong to rays of another focal length.
+void ScaleFocalLength(const Pinhole& pinhole, Camera* camera) {
+  const double scale = pinhole.fx / camera->pinhole.fx;
+  camera->pinhole = pinhole;
+  if (camera->distortion.empty()) return;
+  std::vector<double>& distortion = camera->distortion;
+  constexpr int kPowers[] = {2, 4, 1, 1};  // Of the radius, beside k1, k2, p1, p2.
+  for (size_t i = 0; i < std::min(distortion.size(), std::size(kPowers)); ++i)
+    distortion[i] *= std::pow(scale, kPowers[i]);
+}
+
+/// In the lens that the survey found: that is kept, but for its focal length, which fixes to
+/// centimetres tell.
 void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& options,
                         StageClock* clock, const std::function<bool()>& stop, SurveyRun* run) {
   if (sensors.gnss.fixes.empty()) return;
   const StageScope stage(clock, "georeference");
   Camera& camera = run->outcome.camera;
+  const bool lens_is_open = run->outcome.lens && camera.lens != LensModel::kEquidistant;
   Atlas& atlas = run->outcome.atlas;
   Mapper mapper(camera, options.mapping, &atlas, clock);
   Georeferencing georeferencing(sensors, options.sensors, {}, &mapper, &atlas);
+  const std::vector<MapId> maps = atlas.Remaining();  // The one with most photographs first.
+  const bool refines = lens_is_open && georeferencing.TellsFocalLength();
+  Pinhole pinhole = camera.pinhole;
   run->result.georeferences = georeferencing.ApplyToAll(
-      atlas.Remaining(), run->result.frames, &camera.pinhole, [](MapId) { return false; }, stop);
+      maps, run->result.frames, &pinhole, [&](MapId map) { return refines && map == maps.front(); },
+      stop);
+  ScaleFocalLength(pinhole, &camera);
   for (FrameRecord& record : run->result.frames) {
     if (record.located()) record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
   }

@@ -25,38 +25,63 @@ FeatureWorld Ground() {
 /// up.
 class PhotoSurveyTest : public ::testing::Test {
  protected:
-  PhotoSurveyTest() : flight_(MakeFlight(Ground(), Path(), {0.5, 0.3, 0.02, 30}, 4)) {
+  PhotoSurveyTest() {
+    Fly(0.5);
+    MeasureFixes(0.3);
+    options_.survey.sequence_neighbours = 100;
+    options_.sensors.gnss.correlation_s = 0;
+  }
+
+  /// About the usual height, positions spread by so much.
+  void Fly(double spread_m) {
+    flight_ = MakeFlight(Ground(), Path(spread_m), {0.5, 0.3, 0.02, 30}, 4);
     flight_.frame_interval_s = kInterval_s;
+  }
+
+  void MeasureFixes(double sigma_m) {
     Random random(5);
+    sensors_.gnss.fixes.clear();
     for (size_t i = 0; i < flight_.cam_from_world.size(); ++i) {
-      const GeoPoint point = GeoFromLocal(kOrigin, Truth(i) + 0.3 * RandomDirection(&random));
+      const GeoPoint point = GeoFromLocal(kOrigin, Truth(i) + sigma_m * RandomDirection(&random));
       sensors_.gnss.fixes.push_back(
           {{static_cast<int64_t>(1e9 * kInterval_s) * std::ssize(sensors_.gnss.fixes)},
            point.latitude_deg,
            point.longitude_deg,
            point.altitude_m,
-           Eigen::Vector3d::Constant(0.3)});
+           Eigen::Vector3d::Constant(sigma_m)});
     }
-    options_.survey.sequence_neighbours = 100;
-    options_.sensors.gnss.correlation_s = 0;
   }
 
-  static std::vector<SE3> Path() {
+  /// Root mean square distance of the cameras from the truth, metres.
+  double Error(const SurveyRun& run) const {
+    const GeoPoint origin = run.outcome.atlas.GaugeOf(MapId{0}).origin;
+    double squares = 0;
+    for (size_t i = 0; i < run.result.frames.size(); ++i) {
+      const FrameRecord& record = run.result.frames[i];
+      EXPECT_TRUE(record.located());
+      squares +=
+          (LocalFromLocal(kOrigin, origin) * record.cam_from_world.InverseTranslation() - Truth(i))
+              .squaredNorm();
+    }
+    return std::sqrt(squares / static_cast<double>(flight_.size()));
+  }
+
+  static std::vector<SE3> Path(double spread_m) {
     Random random(3);
     std::vector<SE3> poses;
     for (const SE3& pose : SurveyPath(3, 5, 14, kHeight_m))
-      poses.push_back(Perturbed(pose, 0.5, 0.06, &random));
+      poses.push_back(Perturbed(pose, spread_m, 0.06, &random));
     return poses;
   }
 
   Eigen::Vector3d Truth(size_t i) const { return flight_.cam_from_world[i].InverseTranslation(); }
 
-  SurveyRun Run(const SensorStreams& sensors) {
+  SurveyRun Run(const SensorStreams& sensors, double focal_sigma = 0) {
     PreparedFeatures extractor(flight_.features);
     NearestNeighbourMatcher matcher({});
     NumberedImages images(flight_.size(), kInterval_s);
-    return RunSurvey(flight_.camera, 0, options_, Perception{&extractor, &matcher}, &images,
-                     nullptr, nullptr, sensors);
+    return RunSurvey(flight_.camera, focal_sigma, options_, Perception{&extractor, &matcher},
+                     &images, nullptr, nullptr, sensors);
   }
 
   SyntheticFlight flight_;
@@ -71,15 +96,20 @@ TEST_F(PhotoSurveyTest, FixesGiveTheMapItsPlaceOnEarth) {
   ASSERT_EQ(gauge.kind, GaugeKind::kGeoreferenced);
   const GeoreferenceReport& report = run.result.georeferences.at(MapId{0});
   EXPECT_EQ(report.used, flight_.size());
-  double squares = 0;
-  for (size_t i = 0; i < run.result.frames.size(); ++i) {
-    const FrameRecord& record = run.result.frames[i];
-    ASSERT_TRUE(record.located());
-    squares += (LocalFromLocal(kOrigin, gauge.origin) * record.cam_from_world.InverseTranslation() -
-                Truth(i))
-                   .squaredNorm();
-  }
-  EXPECT_LT(std::sqrt(squares / flight_.size()), 0.3);
+  EXPECT_LT(Error(run), 0.3);
+}
+
+TEST_F(PhotoSurveyTest, FixesToCentimetresTellTheFocalLength) {
+  Fly(8);  // From one height alone, level ground would be as far below as it is short in focus.
+  MeasureFixes(0.005);
+  const double true_focal_px = flight_.camera.pinhole.fx;
+  flight_.camera.pinhole.fx *= 1.02;
+  flight_.camera.pinhole.fy *= 1.02;
+  const SurveyRun run = Run(sensors_, 0.1);
+  ASSERT_EQ(run.result.failure, "");
+  ASSERT_EQ(run.outcome.atlas.GaugeOf(MapId{0}).kind, GaugeKind::kGeoreferenced);
+  EXPECT_NEAR(run.outcome.camera.pinhole.fx / true_focal_px, 1, 1.5e-3);
+  EXPECT_LT(Error(run), 0.04);
 }
 
 TEST_F(PhotoSurveyTest, WithoutFixesTheMapIsFree) {
