@@ -12,9 +12,9 @@ from pathlib import Path
 from program_under_test import FAILURE, command
 
 LOG_LINE = re.compile(r"(info|warning|error): ")
-OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "timings.csv",
+OUTPUT_FILES = {"trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "poses.csv", "timings.csv",
                 "options.yaml", "camera.yaml", "summary.json"}
-REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv")
+REPRODUCIBLE_FILES = ("trajectory.txt", "keyframes.txt", "points.ply", "map.deepuav", "frames.csv", "poses.csv")
 
 SHARED = Path(os.environ.get("DEEPUAV_SHARED", "/nowhere"))
 MODEL = SHARED / "models/superpoint_coco.onnx"

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <string_view>
 
 #include "deepuav/io/map_file.h"
@@ -57,6 +59,37 @@ std::string FrameTable(const Atlas& atlas, const SlamResult& result,
         record.keypoint_count, record.landmark_count,
         keyframe == keyframes.end() ? std::string() : fmt::format("{}", keyframe->second.value),
         record.reason.empty() ? std::string() : QuotedField(record.reason));
+  }
+  return fmt::to_string(table);
+}
+
+std::string PoseTable(const Atlas& atlas, const SlamResult& result) {
+  constexpr std::array<std::string_view, 6> kParts = {"x", "y", "z", "rx", "ry", "rz"};
+  const std::map<MapId, int64_t> numbers = NumbersInFile(atlas);
+  fmt::memory_buffer table;
+  const auto out = std::back_inserter(table);
+  fmt::format_to(out, "frame,time_ns,map,x,y,z,qx,qy,qz,qw");
+  for (size_t row = 0; row < kParts.size(); ++row) {
+    for (size_t column = row; column < kParts.size(); ++column)
+      fmt::format_to(out, ",cov_{}_{}", kParts[row], kParts[column]);
+  }
+  fmt::format_to(out, "\n");
+  for (const FrameRecord& record : result.frames) {
+    if (!record.located()) continue;
+    const SE3 world_from_cam = record.cam_from_world.Inverse();
+    const Eigen::Vector3d& p = world_from_cam.translation();
+    const Eigen::Quaterniond& q = world_from_cam.rotation();
+    fmt::format_to(out, "{},{},{},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}",
+                   record.id.value, record.time.nanoseconds, numbers.at(atlas.Current(record.map)),
+                   p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+    const std::optional<Matrix6d> covariance = PoseCovariance(record, atlas, result.covariances);
+    for (int row = 0; row < 6; ++row) {
+      for (int column = row; column < 6; ++column) {
+        fmt::format_to(out, ",");
+        if (covariance) fmt::format_to(out, "{:.6g}", (*covariance)(row, column));
+      }
+    }
+    fmt::format_to(out, "\n");
   }
   return fmt::to_string(table);
 }

@@ -13,4 +13,9 @@ namespace deepuav {
 /// Keyframes before `first_new_keyframe` are of an earlier run.
 std::string FrameTable(const Atlas& atlas, const SlamResult& result, KeyframeId first_new_keyframe);
 
+/// The pose of every frame that has one, as CSV: frame, time_ns, map, position (x, y, z) and
+/// orientation (qx, qy, qz, qw: world from camera), then the upper triangle of the covariance of
+/// position and turn about the world's axes, row by row; empty where it is not known.
+std::string PoseTable(const Atlas& atlas, const SlamResult& result);
+
 }  // namespace deepuav

@@ -108,6 +108,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   attempt([&] {
     WriteFileAtomically(folder / "frames.csv", FrameTable(atlas, result, facts.first_new_keyframe));
   });
+  attempt([&] { WriteFileAtomically(folder / "poses.csv", PoseTable(atlas, result)); });
   attempt([&] { WriteFileAtomically(folder / "timings.csv", TimingsCsv(result)); });
   attempt([&] { WriteFileAtomically(folder / "options.yaml", facts.options_yaml); });
   attempt([&] { WriteFileAtomically(folder / "camera.yaml", CalibrationYaml(facts.calibration)); });

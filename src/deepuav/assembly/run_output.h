@@ -8,9 +8,9 @@
 namespace deepuav {
 
 /// Writes a run's output folder: trajectory.txt, keyframes.txt, points.ply, map.deepuav,
-/// frames.csv, timings.csv, options.yaml, camera.yaml, summary.json. The first three hold the map
-/// in which most frames lie; the frames of another map N go into trajectory-map-N.txt. Maps are
-/// numbered as in map.deepuav; keyframes are those of this run. Where the first map is
+/// frames.csv, poses.csv, timings.csv, options.yaml, camera.yaml, summary.json. The first three
+/// hold the map in which most frames lie; the frames of another map N go into trajectory-map-N.txt.
+/// Maps are numbered as in map.deepuav; keyframes are those of this run. Where the first map is
 /// georeferenced its path is written as trajectory.geojson, trajectory.kml and trajectory.gpx, too.
 /// Each file appears only once it is complete. Throws Error naming the first file that could not be
 /// written, after all others.

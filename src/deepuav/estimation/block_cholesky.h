@@ -80,7 +80,16 @@ class BlockCholesky {
     slot_of_row_.resize(factor.columns());
   }
 
+  using Panel = Eigen::Matrix<double, Eigen::Dynamic, kSize>;
+
   const BlockElimination& elimination() const { return elimination_; }
+
+  /// A block column of the factor, as of the last Factorize.
+  Eigen::Map<const Panel> FactorColumn(int column) const {
+    const BlockPattern& factor = elimination_.factor();
+    return {values_.data() + static_cast<size_t>(kBlockValues) * factor.begin[column],
+            kSize * factor.blocks(column), kSize};
+  }
 
   /// `values` as BlockPattern says; of the diagonal blocks only the lower triangles are read. False
   /// where the matrix is not positive definite.
@@ -129,18 +138,12 @@ class BlockCholesky {
  private:
   static constexpr int kBlockValues = kSize * kSize;
   using Block = Eigen::Matrix<double, kSize, kSize>;
-  using Panel = Eigen::Matrix<double, Eigen::Dynamic, kSize>;
 
   template <typename Matrix>
   static auto Rows(Matrix* matrix, int block) {
     return matrix->template middleRows<kSize>(kSize * block);
   }
 
-  Eigen::Map<const Panel> FactorColumn(int column) const {
-    const BlockPattern& factor = elimination_.factor();
-    return {values_.data() + static_cast<size_t>(kBlockValues) * factor.begin[column],
-            kSize * factor.blocks(column), kSize};
-  }
   Eigen::Map<Panel> FactorColumn(int column) {
     const BlockPattern& factor = elimination_.factor();
     return {values_.data() + static_cast<size_t>(kBlockValues) * factor.begin[column],

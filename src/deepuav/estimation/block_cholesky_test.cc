@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "deepuav/base/random.h"
+#include "deepuav/estimation/selected_inverse.h"
 
 namespace deepuav {
 namespace {
@@ -113,6 +116,23 @@ TEST(BlockPattern, MergesEqualPairs) {
   const BlockPattern pattern = BlockPattern::OfPairs(3, {{2, 0}, {2, 0}, {1, 0}});
   EXPECT_EQ(pattern.rows, (std::vector<int>{0, 1, 2, 1, 2}));
   EXPECT_EQ(pattern.begin, (std::vector<int>{0, 3, 4, 5}));
+}
+
+TEST(SelectedInverse, IsTheDiagonalOfTheInverse) {
+  for (const int loops : {0, 1, 15}) {
+    Random random(9);
+    const RandomSystem<6> system(40, 3, loops, &random);
+    BlockCholesky<6> factor(system.pattern);
+    ASSERT_TRUE(factor.Factorize(system.values.data()));
+    const Eigen::MatrixXd truth = system.dense.inverse();
+    const std::vector<Eigen::Matrix<double, 6, 6>> found =
+        SelectedInverse<6>(factor).DiagonalBlocks();
+    ASSERT_EQ(found.size(), 40);
+    for (int i = 0; i < 40; ++i) {
+      const Eigen::Matrix<double, 6, 6> block = truth.block<6, 6>(6 * i, 6 * i);
+      EXPECT_LT((found[static_cast<size_t>(i)] - block).norm(), 1e-9 * block.norm()) << i;
+    }
+  }
 }
 
 }  // namespace

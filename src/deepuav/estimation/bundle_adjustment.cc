@@ -143,6 +143,26 @@ bool IsOutlier(const BundleObservation& observation, const BundleState& state, d
   return (Whitening(observation.noise) * error_px).squaredNorm() > chi_square;
 }
 
+constexpr double kHoldsTheGauge = 1e-9;
+
+/// Of the inliers' errors, over what is stated of them; nothing where nothing is left to tell it.
+std::optional<double> NoiseVariance(const BundleProblem& problem, const BundleStructure& structure,
+                                    const BundleState& state, const BundleOptions& options) {
+  double squared = 0, count = 0;
+  for (const BundleObservation& observation : problem.observations) {
+    if (IsOutlier(observation, state, options.chi_square)) continue;
+    const Eigen::Vector3d point =
+        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
+        state.camera.readout_s * observation.drift_cam_per_s;
+    const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
+    squared += (Whitening(observation.noise) * error_px).squaredNorm();
+    count += 2;
+  }
+  const double freedom = count - 6.0 * structure.free_cameras() - 3.0 * structure.groups();
+  if (freedom < 1) return std::nullopt;
+  return squared / freedom;
+}
+
 }  // namespace
 
 void BundleOptions::Check() const { CheckOptions("", *this); }
@@ -187,23 +207,11 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
   }
   ReducedCameraSystem system(structure);
   BundleStep step;
-  constexpr double kHoldsTheGauge = 1e-9;
   if (!system.Solve(linearization, kHoldsTheGauge, &step)) return std::nullopt;
 
-  double squared = 0, count = 0;
-  for (const BundleObservation& observation : problem.observations) {
-    if (IsOutlier(observation, state, options.chi_square)) continue;
-    const Eigen::Vector3d point =
-        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
-        state.camera.readout_s * observation.drift_cam_per_s;
-    const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
-    squared += (Whitening(observation.noise) * error_px).squaredNorm();
-    count += 2;
-  }
-  const double freedom = count - 6.0 * structure.free_cameras() - 3.0 * structure.groups();
-  if (freedom < 1) return std::nullopt;
-  const MatrixCalibration covariance =
-      squared / freedom * system.CalibrationInformation().inverse();
+  const std::optional<double> variance = NoiseVariance(problem, structure, state, options);
+  if (!variance) return std::nullopt;
+  const MatrixCalibration covariance = *variance * system.CalibrationInformation().inverse();
   const Eigen::Array<double, kCalibrationParameters, 1> sigmas =
       covariance.diagonal().array().sqrt();
   if (!sigmas.allFinite()) return std::nullopt;
@@ -214,6 +222,32 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
                            .centre = std::max(sigma(kCentreX), sigma(kCentreY)),
                            .tangential = std::max(sigma(kTangential1), sigma(kTangential2)),
                            .readout_s = sigma(kReadout)};
+}
+
+std::optional<std::vector<Matrix6d>> EstimateCameraCovariances(const BundleProblem& problem,
+                                                               const BundleOptions& options) {
+  options.Check();
+  CheckBundleProblem(problem);
+  const BundleState state = StateOf(problem);
+  const auto variance = NoiseVariance(problem, StructureOf(problem, options), state, options);
+  if (!variance) return std::nullopt;
+  BundleProblem of_shown_noise = problem;  // That of the pixels: other sensors' is as they state.
+  for (BundleObservation& o : of_shown_noise.observations)
+    o.noise = PixelNoise(*variance * o.noise.Covariance());
+  const BundleStructure structure = StructureOf(of_shown_noise, options);
+  BundleLinearization linearization;
+  linearization.Compute(structure, state, HuberLoss{options.chi_square}, RefinedCalibration{});
+  ReducedCameraSystem system(structure);
+  BundleStep step;
+  if (!system.Solve(linearization, kHoldsTheGauge, &step)) return std::nullopt;
+  std::vector<Matrix6d> covariances(problem.cam_from_world.size(), Matrix6d::Zero());
+  const std::vector<Matrix6d> of_free = system.CameraCovariances();
+  for (int i = 0; i < structure.free_cameras(); ++i) {
+    const auto camera = static_cast<size_t>(structure.camera_of_free[i]);
+    covariances[camera] = of_free[static_cast<size_t>(i)];
+    if (!covariances[camera].allFinite()) return std::nullopt;
+  }
+  return covariances;
 }
 
 }  // namespace deepuav

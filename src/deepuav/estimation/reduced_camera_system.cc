@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "deepuav/base/parallel.h"
+#include "deepuav/estimation/selected_inverse.h"
 #include "deepuav/estimation/six_rows.h"
 
 namespace deepuav {
@@ -253,6 +254,17 @@ bool ReducedCameraSystem::SolveCameras(bool has_calibration) {
   if (factor.info() != Eigen::Success) return false;
   solved_.leftCols(columns) = factor.solve(right_.leftCols(columns));
   return true;
+}
+
+std::vector<Matrix6d> ReducedCameraSystem::CameraCovariances() const {
+  if (sparse_) return SelectedInverse<6>(*factor_).DiagonalBlocks();
+  std::vector<Matrix6d> blocks;
+  const Eigen::MatrixXd inverse =
+      Eigen::MatrixXd(matrix_).selfadjointView<Eigen::Lower>().llt().solve(
+          Eigen::MatrixXd::Identity(matrix_.rows(), matrix_.rows()));
+  for (Eigen::Index at = 0; at < inverse.rows(); at += 6)
+    blocks.push_back(inverse.block<6, 6>(at, at));
+  return blocks;
 }
 
 MatrixCalibration ReducedCameraSystem::CalibrationInformation() const {

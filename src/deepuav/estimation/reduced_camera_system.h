@@ -40,6 +40,10 @@ class ReducedCameraSystem {
   /// The information of the calibration, poses and landmarks eliminated, as of the last Solve.
   MatrixCalibration CalibrationInformation() const;
 
+  /// The covariance of each free camera's twist, as of the last Solve: of all the others,
+  /// landmarks and what holds still as the problem has it; the calibration is taken as known.
+  std::vector<Matrix6d> CameraCovariances() const;
+
   /// The lower triangle of the reduced system of the cameras, as of the last Solve.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
 

@@ -90,9 +90,9 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
     attempt = Find(PathIn(*atlas_, map, records), clock, known);
     if (!attempt.found) break;
     if (round >= kRounds && !SpreadFell(before, *attempt.found)) break;
-    const MapFactors factors = FactorsOf(map, *attempt.found, by_imu);
-    mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &factors);
-    report.height_steps = static_cast<int>(factors.height_steps.size());
+    report.factors = FactorsOf(map, *attempt.found, by_imu);
+    mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &report.factors);
+    report.height_steps = static_cast<int>(report.factors.height_steps.size());
   }
   if (attempt = Find(PathIn(*atlas_, map, records), clock, known); attempt.found) {
     report.fixes = static_cast<int>(attempt.found->positions.size());

@@ -9,6 +9,7 @@
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/inertial/inertial_options.h"
 #include "deepuav/map/atlas.h"
+#include "deepuav/mapping/map_factors.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/sensors/georeference.h"
 #include "deepuav/sensors/streams.h"
@@ -69,6 +70,7 @@ struct GeoreferenceReport {
   int height_steps = 0;      ///< Of the barometer.
   bool held_by_imu = false;  ///< In scale and level, by what an IMU had said of the map.
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used, at the end.
+  MapFactors factors;                               ///< That the map was adjusted with.
 };
 
 /// What an IMU said of the maps that it gave metres.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "deepuav/sensors/geodesy.h"
+#include "deepuav/system/pose_covariances.h"
 #include "support/synthetic_visits.h"
 
 namespace deepuav {
@@ -150,6 +151,51 @@ TEST_F(GeoreferencingTest, FixesToCentimetresLeaveNoDrift) {
   ASSERT_TRUE(report.found) << report.reason;
   EXPECT_EQ(report.used, kRows * kColumns);
   EXPECT_LT(Error(report.origin), 0.03);
+}
+
+TEST_F(GeoreferencingTest, CovariancesAreThoseOfTheErrors) {
+  Drift(0.5);
+  const GeoreferenceReport report = Apply();
+  ASSERT_TRUE(report.found) << report.reason;
+  const MapCovariances covariances = EstimateMapCovariances(made_.atlas, world_.world().pinhole, {},
+                                                            {{MapId{0}, report}}, nullptr);
+  double squared = 0, sigma = 0;
+  for (size_t i = 0; i < flight_.size(); ++i) {
+    FrameRecord record = records_[i];
+    record.cam_from_world = map().At(visit_.keyframes[i]).cam_from_world;
+    const auto covariance = PoseCovariance(record, made_.atlas, covariances);
+    ASSERT_TRUE(covariance);
+    const Eigen::Vector3d error =
+        LocalFromLocal(kOrigin, report.origin) * record.cam_from_world.InverseTranslation() -
+        flight_[i].InverseTranslation();
+    squared += error.squaredNorm();
+    sigma += covariance->topLeftCorner<3, 3>().trace();
+  }
+  // The errors of all have much in common: one flight tells little more than their size.
+  EXPECT_GT(squared / sigma, 0.1);
+  EXPECT_LT(squared / sigma, 4);
+}
+
+TEST_F(GeoreferencingTest, AFramesOwnPixelsAddToWhatItsKeyframeLeavesOpen) {
+  const MapCovariances covariances =
+      EstimateMapCovariances(made_.atlas, world_.world().pinhole, {}, {}, nullptr);
+  const KeyframeId keyframe = visit_.keyframes[20];
+  FrameRecord record = records_[20];
+  const SE3 beside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, 0, 0));
+  record.cam_from_world = beside * map().At(keyframe).cam_from_world;
+  const auto at_keyframe = PoseCovariance(record, made_.atlas, covariances);
+  ASSERT_TRUE(at_keyframe);
+  record.id = FrameId{1000};                                       // Between keyframes.
+  EXPECT_FALSE(PoseCovariance(record, made_.atlas, covariances));  // No pixel told its pose.
+  record.pose_information = 1e4 * Matrix6d::Identity();
+  record.pose.keyframe_scale = map().At(keyframe).scale / 2;  // In units of half the size.
+  const auto between = PoseCovariance(record, made_.atlas, covariances);
+  ASSERT_TRUE(between);
+  const Matrix6d own = *between - *at_keyframe;
+  EXPECT_NEAR(own(0, 0), 4e-4, 1e-9);
+  EXPECT_NEAR(own(4, 4), 1e-4, 1e-9);
+  record.inferred = true;
+  EXPECT_FALSE(PoseCovariance(record, made_.atlas, covariances));
 }
 
 TEST_F(GeoreferencingTest, PosesBetweenKeyframesScaleWithTheMap) {

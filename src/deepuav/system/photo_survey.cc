@@ -158,6 +158,10 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   }
   try {
     GeoreferenceSurvey(sensors, options, &clock, late, &run);
+    const StageScope stage(&clock, "covariances");
+    run.result.covariances =
+        EstimateMapCovariances(run.outcome.atlas, run.outcome.camera.pinhole,
+                               options.mapping.global_bundle, run.result.georeferences, late);
   } catch (const std::exception& error) {
     if (run.result.failure.empty()) run.result.failure = error.what();
   }

@@ -365,6 +365,13 @@ TrajectoryFinish Slam::MakeFinish(FrameLocator* locator) const {
           locator};
 }
 
+void Slam::EstimateCovariances(const std::function<bool()>& stop, SlamResult* result) {
+  if (!options_.adjust_at_end || options_.localise_only) return;
+  const StageScope stage(&clock_, "covariances");
+  result->covariances = EstimateMapCovariances(
+      atlas_, camera_.pinhole, options_.mapping.global_bundle, result->georeferences, stop);
+}
+
 void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
   PlaceInMaps(atlas_, records);
   const StageScope stage(&clock_, "finish trajectory");
@@ -413,6 +420,7 @@ void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result
   std::vector<std::shared_ptr<const Features>> features;
   for (const FrameRecord& record : result->frames) features.push_back(record.features);
   attempt([&] { FinishTrajectory(stop, &result->frames); });
+  attempt([&] { EstimateCovariances(stop, result); });
   attempt([&] { TakeReckoned(atlas_, reckoned, &result->frames); });
   attempt([&] { BridgeGaps(stop, std::move(features), &result->frames); });
   attempt([&] { SetAsideMoving(); });

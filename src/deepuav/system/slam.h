@@ -21,6 +21,7 @@
 #include "deepuav/system/inertial_gauge.h"
 #include "deepuav/system/map_references.h"
 #include "deepuav/system/mapping_lane.h"
+#include "deepuav/system/pose_covariances.h"
 #include "deepuav/system/record_limits.h"
 #include "deepuav/system/run_observer.h"
 #include "deepuav/system/shared_matcher.h"
@@ -130,6 +131,7 @@ struct SlamResult {
   int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
+  MapCovariances covariances;                         ///< Of the keyframes, in the end.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
   int doubtful_photographs = 0;                       ///< Of a survey: SurveyOutcome::doubtful.
   std::string
@@ -225,6 +227,7 @@ class Slam {
   void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result);
   TrajectoryFinish MakeFinish(FrameLocator* locator) const;
   void SetAsideMoving();
+  void EstimateCovariances(const std::function<bool()>& stop, SlamResult* result);
   void FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records);
   void BridgeGaps(const std::function<bool()>& stop,
                   std::vector<std::shared_ptr<const Features>> features,

@@ -1,0 +1,70 @@
+#include "deepuav/system/pose_covariances.h"
+
+#include <Eigen/Cholesky>
+
+namespace deepuav {
+namespace {
+
+/// How a twist [translation; rotation] from the left moves when `pose` stands before it.
+Matrix6d AdjointOf(const SE3& pose) {
+  const Eigen::Matrix3d rotation = pose.RotationMatrix();
+  Matrix6d adjoint = Matrix6d::Zero();
+  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = rotation;
+  adjoint.topRightCorner<3, 3>() = Skew(pose.translation()) * rotation;
+  return adjoint;
+}
+
+/// What the frame's own pixels leave open, in the map's present units; nothing where unknown.
+std::optional<Matrix6d> OwnCovariance(const FrameRecord& record, const Keyframe& keyframe) {
+  const Eigen::LLT<Matrix6d> factor(record.pose_information);
+  if (factor.info() != Eigen::Success || !(record.pose.keyframe_scale > 0)) return std::nullopt;
+  Matrix6d covariance = factor.solve(Matrix6d::Identity());
+  const double growth = keyframe.scale / record.pose.keyframe_scale;
+  covariance.topRows<3>() *= growth;
+  covariance.leftCols<3>() *= growth;
+  return covariance.allFinite() ? std::optional(covariance) : std::nullopt;
+}
+
+}  // namespace
+
+MapCovariances EstimateMapCovariances(const Atlas& atlas, const Pinhole& pinhole,
+                                      const BundleOptions& options,
+                                      const std::map<MapId, GeoreferenceReport>& fixes,
+                                      const std::function<bool()>& stop) {
+  MapCovariances covariances;
+  for (const MapId map : atlas.Remaining()) {
+    if (stop && stop()) break;
+    const auto placed = fixes.find(map);
+    const bool by_fixes = placed != fixes.end() && placed->second.found;
+    covariances[map] = EstimateKeyframeCovariances(atlas.At(map), pinhole, options,
+                                                   by_fixes ? &placed->second.factors : nullptr,
+                                                   atlas.GaugeOf(map).scale_sigma);
+  }
+  return covariances;
+}
+
+std::optional<Matrix6d> PoseCovariance(const FrameRecord& record, const Atlas& atlas,
+                                       const MapCovariances& covariances) {
+  if (!record.located() || record.inferred || record.reckoned) return std::nullopt;
+  const Map& map = atlas.At(atlas.Current(record.map));
+  const auto of_map = covariances.find(map.id());
+  if (of_map == covariances.end()) return std::nullopt;
+  const auto found = of_map->second.find(map.Remaining(record.pose.keyframe));
+  if (found == of_map->second.end()) return std::nullopt;
+  const Keyframe& keyframe = map.At(found->first);
+  const SE3 frame_from_keyframe = record.cam_from_world * keyframe.cam_from_world.Inverse();
+  const Matrix6d adjoint = AdjointOf(frame_from_keyframe);
+  Matrix6d covariance = adjoint * found->second * adjoint.transpose();
+  if (record.id != keyframe.frame.id) {
+    const std::optional<Matrix6d> own = OwnCovariance(record, keyframe);
+    if (!own) return std::nullopt;
+    covariance += *own;
+  }
+  // The camera's centre moves by the translation turned into the world, against its sense.
+  Matrix6d to_world = Matrix6d::Zero();
+  to_world.topLeftCorner<3, 3>() = to_world.bottomRightCorner<3, 3>() =
+      record.cam_from_world.RotationMatrix().transpose();
+  return to_world * covariance * to_world.transpose();
+}
+
+}  // namespace deepuav
