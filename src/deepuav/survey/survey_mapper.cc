@@ -215,7 +215,7 @@ void SurveyMapper::Sharpen(const std::function<bool()>& stop, BuiltSurvey* built
   {
     const StageScope stage(stages_, "align patches");
     const PatchSurvey survey{&views_, CameraOf(built->state.lens), keeps_distortion_,
-                             measuring_.patches};
+                             measuring_.patches, measuring_.surface, ThreadsOf(options_)};
     const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
     Log().debug("{} sights were measured by patches", measured);
     if (measured > 0) built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;

@@ -33,6 +33,7 @@ struct SurveyEyes {
 struct SurveyMeasuring {
   PatchOptions patches;
   ModelNoiseOptions model_noise;
+  SurfaceNormalOptions surface;
 };
 
 /// What came of a survey.
