@@ -24,8 +24,8 @@ struct PatchSurvey {
 
 /// Measures each point's sights by aligning patches: of those that agree, the one from the middle
 /// of the directions from which they see the point is the reference, and its key point the patch's
-/// middle by definition, on the surface as that view shows it. Sights whose patches do not tell stay as they were detected. Returns how
-/// many were measured.
+/// middle by definition, on the surface as that view shows it. Sights whose patches do not tell
+/// stay as they were detected. Returns how many were measured.
 int MeasureTracks(const PatchSurvey& survey, const Tracks& tracks, const SurveyState& state,
                   ViewPixels* px);
 
