@@ -60,8 +60,9 @@ TEST(SurveyGrowth, WhatAPatchMeasuredCountsWithinItsNoise) {
   EXPECT_EQ(survey.AgreeingOf(7, 0.5, 0.02), two) << "ten standard deviations";
   EXPECT_EQ(survey.AgreeingOf(7, 0.5, 0.2), all) << "what all err by counts, too";
   EXPECT_EQ(survey.AgreeingOf(7, 0.5, 0), all) << "not known yet";
-  for (auto& of_view : survey.px)
-    for (SightPixel& pixel : of_view) pixel.by_patch = false;
+  for (std::vector<SightPixel>& of_view : survey.px) {
+    for (SightPixel& pixel : of_view) pixel = {pixel.px};
+  }
   EXPECT_EQ(survey.AgreeingOf(7, 0.5, 0.02), all) << "detected: to a pixel or so";
   EXPECT_EQ(survey.AgreeingOf(7, 4, 0.02), two);
 }
