@@ -20,19 +20,26 @@ Matrix23d Jacobian(const Eigen::Vector3d& point_cam, const Eigen::Matrix3d& cam_
 
 }  // namespace
 
-Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark) {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  for (const Observation& observation : landmark.observations) {
-    const SE3& cam_from_world = map.At(observation.keyframe).cam_from_world;
-    const Eigen::Vector3d point_cam = cam_from_world * landmark.position_world;
-    if (!(point_cam.z() > 0)) continue;
-    const Whitening whitening(observation.measured.NoiseWith(map.model_sigma_px()));
-    const Matrix23d whitened = whitening * Jacobian(point_cam, cam_from_world.RotationMatrix());
-    information += whitened.transpose() * whitened;
-  }
-  const double least = kLeastInformationRatio * information.trace();
+void PositionInformation::Add(const SE3& cam_from_world, const PixelNoise& noise) {
+  const Eigen::Vector3d point_cam = cam_from_world * point_world_;
+  if (!(point_cam.z() > 0)) return;
+  const Matrix23d whitened =
+      Whitening(noise) * Jacobian(point_cam, cam_from_world.RotationMatrix());
+  information_ += whitened.transpose() * whitened;
+}
+
+Eigen::Matrix3d PositionInformation::Noise() const {
+  const double least = kLeastInformationRatio * information_.trace();
   if (!(least > 0)) return Eigen::Matrix3d::Zero();
-  return (information + least * Eigen::Matrix3d::Identity()).inverse();
+  return (information_ + least * Eigen::Matrix3d::Identity()).inverse();
+}
+
+Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark) {
+  PositionInformation information(landmark.position_world);
+  for (const Observation& observation : landmark.observations)
+    information.Add(map.At(observation.keyframe).cam_from_world,
+                    observation.measured.NoiseWith(map.model_sigma_px()));
+  return information.Noise();
 }
 
 PixelNoise ExpectedPixelNoise(const Eigen::Matrix3d& position_noise,

@@ -8,9 +8,24 @@
 
 namespace deepuav {
 
-/// How well a landmark's observations, from keyframes that are where they are, tell its place: the
-/// covariance of position_world times the squared focal length (px^2 times the map's units^2), as a
-/// map knows no focal length. Along rays without parallax it is large, and finite.
+/// What views that are where they are tell of a point's place, summed up.
+class PositionInformation {
+ public:
+  explicit PositionInformation(const Eigen::Vector3d& point_world) : point_world_(point_world) {}
+
+  /// Of a view that shows the point with that noise, px; nothing of one that has it behind.
+  void Add(const SE3& cam_from_world, const PixelNoise& noise);
+  /// The covariance of the point times the squared focal length (px^2 times the units of the
+  /// world^2). Along rays without parallax it is large, and finite; zero where nothing was added.
+  Eigen::Matrix3d Noise() const;
+
+ private:
+  Eigen::Vector3d point_world_;
+  Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
+};
+
+/// How well a landmark's observations, from keyframes that are where they are, tell its place:
+/// PositionInformation::Noise() of position_world, as a map knows no focal length.
 Eigen::Matrix3d PositionNoise(const Map& map, const Landmark& landmark);
 
 /// What such a position adds to the noise of the pixel where a camera expects it: little where the

@@ -83,7 +83,7 @@ class ReducedViewsTest : public ::testing::Test {
     PatchOptions no_patches;
     no_patches.enabled = false;
     return SurveyMapper(far_.camera(), 0, options, {&matcher, nullptr, nullptr, reduced}, nullptr,
-                        {no_patches, {}})
+                        {no_patches, {}, {}})
         .Run(views_);
   }
 

@@ -63,6 +63,18 @@ double SurveyGrowth::MaxSquaredErrorPx(const SightPixel& sight) const {
   return max_px * max_px;
 }
 
+/// In the photograph, which has a pose, and where a patch measured it as far as that may err.
+bool SurveyGrowth::Agrees(const Eigen::Vector3d& point, const Track::Sight& sight) const {
+  const SightPixel& seen = SightOf(sight);
+  const Eigen::Vector3d point_cam = state_.InCamera(point, sight.view, seen.px.y());
+  if (!InFrontOfCamera(point_cam)) return false;
+  const Eigen::Vector2d error_px = state_.lens.camera.Project(point_cam) - seen.px;
+  if (!(error_px.squaredNorm() < MaxSquaredErrorPx(seen))) return false;
+  if (!seen.by_patch || state_.model_sigma_px == 0) return true;
+  const Whitening whitening(seen.NoiseWith(state_.model_sigma_px));
+  return (whitening * error_px).norm() < options_.max_patch_sigmas;
+}
+
 std::vector<SE3> SurveyGrowth::PosesOf(const MatchedPair& pair) const {
   std::vector<PixelPair> pixels;
   for (const Match& match : pair.matches) {
@@ -257,11 +269,7 @@ int SurveyGrowth::JudgeTrack(size_t track) {
   for (size_t s = 0; s < sights.size(); ++s) {
     const auto& pose = state_.cam_from_world[static_cast<size_t>(sights[s].view)];
     const bool agreed = state_.agrees[track][s];
-    state_.agrees[track][s] =
-        pose && SquaredErrorPx(
-                    state_.lens.camera,
-                    state_.InCamera(*state_.points[track], sights[s].view, PixelOf(sights[s]).y()),
-                    PixelOf(sights[s])) < MaxSquaredErrorPx(SightOf(sights[s]));
+    state_.agrees[track][s] = pose && Agrees(*state_.points[track], sights[s]);
     changed += agreed != (state_.agrees[track][s] != 0);
     if (state_.agrees[track][s]) centres.push_back(pose->InverseTranslation());
   }

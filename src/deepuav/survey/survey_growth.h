@@ -58,6 +58,7 @@ class SurveyGrowth {
   bool lens_is_young() const;
   double MaxErrorPx() const;
   double MaxSquaredErrorPx(const SightPixel& sight) const;
+  bool Agrees(const Eigen::Vector3d& point, const Track::Sight& sight) const;
   NextView ChooseNext(const std::set<int>& taken) const;
   bool AddView(int view);
   void TriangulateIn(int view);

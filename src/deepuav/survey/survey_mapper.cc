@@ -212,42 +212,62 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
 }
 
 void SurveyMapper::Sharpen(const std::function<bool()>& stop, BuiltSurvey* built) {
-  {
-    const StageScope stage(stages_, "align patches");
-    const PatchSurvey survey{&views_, CameraOf(built->state.lens), keeps_distortion_,
-                             measuring_.patches};
-    const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
-    Log().debug("{} sights were measured by patches", measured);
-    if (measured > 0) built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
+  SurveyState& state = built->state;
+  Measure(built);
+  state.image_rows = camera_.height;
+  const bool is_measured = state.model_sigma_px > 0;
+  for (int round = 1; is_measured && round < options_.patch_rounds; ++round) {
+    {
+      const StageScope stage(stages_, "sharpen map");
+      Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
+    }
+    Measure(built);
   }
   const StageScope stage(stages_, "sharpen map");
-  built->state.image_rows = camera_.height;
-  const bool is_measured = built->state.model_sigma_px > 0;
   if (is_measured && lens_.is_refined && RefineWholly(stop, built)) return;
   AdjustMeasured(stop, built);
+}
+
+void SurveyMapper::Measure(BuiltSurvey* built) const {
+  const StageScope stage(stages_, "align patches");
+  PatchSurvey survey{&views_,
+                     CameraOf(built->state.lens),
+                     keeps_distortion_,
+                     measuring_.patches,
+                     measuring_.surface,
+                     ThreadsOf(options_)};
+  survey.options.noise_factor = options_.patch_noise_factor;
+  survey.options.min_sigma_px = options_.patch_min_sigma_px;
+  const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
+  Log().debug("{} sights were measured by patches", measured);
+  if (measured > 0 && built->state.model_sigma_px == 0)
+    built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
+}
+
+/// Goes on from the points as they are measured, and learns what is left beyond their noise.
+void SurveyMapper::Readjust(const std::function<void(SurveyGrowth*)>& by,
+                            BuiltSurvey* built) const {
+  SurveyState& state = built->state;
+  if (state.lens.is_refined_wholly) state.velocity_world = ViewVelocities(views_, state);
+  SurveyGrowth growth(&built->tracks, &built->px, state.lens, options_);
+  growth.Continue(state);
+  by(&growth);
+  state = growth.state();
+  state.model_sigma_px = ModelSigmaPx(built->tracks, built->px, state, measuring_.model_noise);
+  Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
+              state.model_sigma_px, state.lens.camera.readout_s);
 }
 
 /// Weights and what is adjusted by them depend on one another.
 void SurveyMapper::AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built) {
   constexpr int kMostRounds = 2;
   constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
-  SurveyState& state = built->state;
-  const auto adjust = [&](const auto& by) {
-    if (state.lens.is_refined_wholly) state.velocity_world = ViewVelocities(views_, state);
-    SurveyGrowth growth(&built->tracks, &built->px, state.lens, options_);
-    growth.Continue(state);
-    by(&growth);
-    state = growth.state();
-    state.model_sigma_px = ModelSigmaPx(built->tracks, built->px, state, measuring_.model_noise);
-    Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
-                state.model_sigma_px, state.lens.camera.readout_s);
-  };
   for (int round = 0; round < kMostRounds; ++round) {
-    const double assumed_px = state.model_sigma_px;
-    adjust([&](SurveyGrowth* growth) { growth->Settle(stop); });
-    if (std::abs(state.model_sigma_px - assumed_px) <= kSameWeights * assumed_px) break;
+    const double assumed_px = built->state.model_sigma_px;
+    Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
+    if (std::abs(built->state.model_sigma_px - assumed_px) <= kSameWeights * assumed_px) break;
   }
-  adjust([&](SurveyGrowth* growth) { growth->Finish(stop); });
+  Readjust([&](SurveyGrowth* growth) { growth->Finish(stop); }, built);
 }
 
 /// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what

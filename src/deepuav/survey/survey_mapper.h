@@ -33,6 +33,7 @@ struct SurveyEyes {
 struct SurveyMeasuring {
   PatchOptions patches;
   ModelNoiseOptions model_noise;
+  SurfaceNormalOptions surface;
 };
 
 /// What came of a survey.
@@ -78,6 +79,8 @@ class SurveyMapper {
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                      const std::function<bool()>& stop);
   void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
+  void Measure(BuiltSurvey* built) const;
+  void Readjust(const std::function<void(SurveyGrowth*)>& by, BuiltSurvey* built) const;
   void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built);
   bool RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
   void Sharpen(const std::function<bool()>& stop, BuiltSurvey* built);

@@ -35,8 +35,13 @@ struct SurveyOptions {
   double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
   double max_model_sigma_px = 0.1;  ///< Left beyond the noise of patches by a lens refined wholly.
   double max_lens_sigma = 0.005;    ///< Of its focal length and principal point, over the former.
-  int images_in_memory = 100;       ///< The others wait in a file for being measured in.
-  int contradicting_matches = 40;   ///< Of a pair that the map puts elsewhere, at least...
+  int patch_rounds = 2;             ///< Of measuring by patches, each on surfaces told by the last.
+  double patch_noise_factor = 1;  ///< As PatchOptions::noise_factor: what is left beyond the noise
+                                  ///< of pixels is estimated of all, and outliers are discarded.
+  double patch_min_sigma_px = 0.01;     ///< As PatchOptions::min_sigma_px.
+  double max_patch_sigmas = 4;          ///< Reprojection error of what a patch measured, to count.
+  int images_in_memory = 100;           ///< The others wait in a file for being measured in.
+  int contradicting_matches = 40;       ///< Of a pair that the map puts elsewhere, at least...
   double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.
   double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
   int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points, at most.
@@ -112,6 +117,17 @@ struct SurveyOptions {
           "standard deviation of focal length and principal point, as a share of the former, above "
           "which the views don't tell them all",
           Above(0, 1));
+    visit("patch_rounds", patch_rounds, "",
+          "rounds of measuring points by patches, each on surfaces that the one before tells",
+          Between(1, 10));
+    visit("patch_noise_factor", patch_noise_factor, "",
+          "of a survey's points in place of patches.noise_factor", Between(0.1, 100));
+    visit("patch_min_sigma_px", patch_min_sigma_px, "px",
+          "of a survey's points in place of patches.min_sigma_px", Above(0, 10));
+    visit("max_patch_sigmas", max_patch_sigmas, "",
+          "reprojection error of an observation measured by a patch that counts, in standard "
+          "deviations",
+          Above(0, 1000));
     visit("images_in_memory", images_in_memory, "",
           "images of photographs that stay in memory; others wait in a temporary file",
           Between(1, 100000));

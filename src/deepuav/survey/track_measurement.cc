@@ -6,6 +6,7 @@
 
 #include "deepuav/base/intervals.h"
 #include "deepuav/patches/patch_measurement.h"
+#include "deepuav/survey/track_surfaces.h"
 
 namespace deepuav {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 /// The sights of one point that count, and from where they see it.
 struct SeenPoint {
   Eigen::Vector3d position_world;
-  Eigen::Vector3d normal_world;  ///< The mean direction towards the views.
+  Eigen::Vector3d normal_world;  ///< Of its surface; until that is known, the mean direction
+                                 ///< towards the views.
   std::vector<Track::Sight> sights;
   size_t reference = 0;  ///< Of these, the one nearest to the mean direction.
 };
@@ -173,12 +175,21 @@ int MeasureTracks(const PatchSurvey& survey, const Tracks& tracks, const SurveyS
                   ViewPixels* px) {
   int measured = 0;
   if (!survey.options.enabled) return measured;
-  Measuring measuring(survey, state, px);
-  for (size_t t = 0; t < tracks.tracks.size(); ++t) {
+  std::vector<std::optional<SeenPoint>> points(tracks.tracks.size());
+  std::vector<int> reference_view(points.size(), -1);
+  for (size_t t = 0; t < points.size(); ++t) {
     if (!state.points[t]) continue;
-    const auto seen =
-        Seen(*survey.views, tracks.tracks[t], *state.points[t], state.agrees[t], state);
-    if (seen) measured += measuring.Measure(*seen);
+    points[t] = Seen(*survey.views, tracks.tracks[t], *state.points[t], state.agrees[t], state);
+    if (points[t]) reference_view[t] = points[t]->sights[points[t]->reference].view;
+  }
+  std::vector<std::optional<Eigen::Vector3d>> normals(points.size());
+  if (survey.surface.enabled)
+    normals = TrackNormals(tracks, *px, state, reference_view, survey.surface, survey.threads);
+  Measuring measuring(survey, state, px);
+  for (size_t t = 0; t < points.size(); ++t) {
+    if (!points[t]) continue;
+    if (normals[t]) points[t]->normal_world = *normals[t];
+    measured += measuring.Measure(*points[t]);
   }
   return measured;
 }

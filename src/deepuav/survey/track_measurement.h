@@ -5,6 +5,7 @@
 #include "deepuav/estimation/model_noise.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/patches/patch_alignment.h"
+#include "deepuav/patches/surface_normals.h"
 #include "deepuav/survey/survey_state.h"
 #include "deepuav/survey/view_pairs.h"
 
@@ -17,12 +18,14 @@ struct PatchSurvey {
   Camera camera;
   bool keeps_distortion = false;  ///< Pixels are those of the images as taken, not undistorted.
   PatchOptions options;
+  SurfaceNormalOptions surface;
+  int threads = 1;  ///< That find surfaces; they change nothing in the result.
 };
 
 /// Measures each point's sights by aligning patches: of those that agree, the one from the middle
 /// of the directions from which they see the point is the reference, and its key point the patch's
-/// middle by definition. Sights whose patches do not tell stay as they were detected. Returns how
-/// many were measured.
+/// middle by definition, on the surface as that view shows it. Sights whose patches do not tell
+/// stay as they were detected. Returns how many were measured.
 int MeasureTracks(const PatchSurvey& survey, const Tracks& tracks, const SurveyState& state,
                   ViewPixels* px);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "deepuav/base/random.h"
+#include "deepuav/survey/track_surfaces.h"
 #include "support/textured_plane.h"
 
 namespace deepuav {
@@ -35,6 +36,7 @@ struct TexturedSurvey {
       view.frame.image = std::make_shared<ImagePyramid>(plane.Render(camera, pose), 3);
       view.frame.time = {static_cast<int64_t>(views.size()) * 1000000000};
       features.push_back(std::make_shared<Features>(Features{{}, Descriptors(4)}));
+      tracks.of_keypoint.emplace_back();
     }
     Random random(5);
     for (double u = 100; u < 230; u += 13) {
@@ -56,6 +58,7 @@ struct TexturedSurvey {
       std::vector<Keypoint>& keypoints = (*features)[i]->keypoints;
       track.sights.push_back({static_cast<int>(i), static_cast<int>(keypoints.size())});
       keypoints.push_back(keypoint);
+      tracks.of_keypoint[i].push_back(static_cast<int>(tracks.tracks.size()));
     }
     tracks.tracks.push_back(track);
     points.push_back(point);
@@ -118,7 +121,7 @@ TEST_P(TrackMeasurementTest, SightsAgreeToATenthOfAPixel) {
   const bool keeps_distortion = GetParam();
   const TexturedSurvey survey(keeps_distortion ? Bent() : Pinholes());
   ViewPixels px = survey.Detected(keeps_distortion);
-  const int measured = MeasureTracks({&survey.views, survey.camera, keeps_distortion, {}},
+  const int measured = MeasureTracks({&survey.views, survey.camera, keeps_distortion, {}, {}},
                                      survey.tracks, survey.State(), &px);
   EXPECT_GT(measured, 0.6 * static_cast<double>(4 * survey.points.size()));
   EXPECT_LT(survey.MedianDisagreement(px, keeps_distortion), 0.12);
@@ -131,14 +134,55 @@ TEST(TrackMeasurement, WithoutImagesOrPatchesNothingMoves) {
   ViewPixels px = survey.Detected(false);
   PatchOptions off;
   off.enabled = false;
-  EXPECT_EQ(
-      MeasureTracks({&survey.views, survey.camera, false, off}, survey.tracks, survey.State(), &px),
-      0);
+  EXPECT_EQ(MeasureTracks({&survey.views, survey.camera, false, off, {}}, survey.tracks,
+                          survey.State(), &px),
+            0);
   for (SurveyView& view : survey.views) view.frame.image.reset();
-  EXPECT_EQ(
-      MeasureTracks({&survey.views, survey.camera, false, {}}, survey.tracks, survey.State(), &px),
-      0);
+  EXPECT_EQ(MeasureTracks({&survey.views, survey.camera, false, {}, {}}, survey.tracks,
+                          survey.State(), &px),
+            0);
   EXPECT_EQ(px[1][3].px, survey.Detected(false)[1][3].px);
+}
+
+/// Degrees between the plane's normal, towards the cameras, and what is found.
+double OffThePlaneDeg(const TexturedSurvey& survey, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d truth = -survey.plane.Normal().normalized();
+  return std::atan2(truth.cross(normal).norm(), truth.dot(normal)) * 180 / M_PI;
+}
+
+TEST(TrackNormals, AreOfThePlaneThroughThePointsAround) {
+  const TexturedSurvey survey(Pinholes());
+  SurveyState state = survey.State();
+  state.lens.camera.pinhole = survey.camera.pinhole;
+  *state.points[20] *= 1.3;  // what lies elsewhere bends nothing around it
+  const ViewPixels px = survey.Detected(false);
+  std::vector<int> views(survey.points.size(), 1);
+  views[3] = -1;
+  state.points[4].reset();
+  *state.points[5] = {0, 0, -4};
+  const auto normals = TrackNormals(survey.tracks, px, state, views, {}, 2);
+  for (size_t t = 0; t < normals.size(); ++t) {
+    if (t == 20) continue;
+    ASSERT_EQ(normals[t].has_value(), t < 3 || t > 5) << t;
+    if (!normals[t]) continue;
+    EXPECT_NEAR(normals[t]->norm(), 1, 1e-9);
+    EXPECT_LT(OffThePlaneDeg(survey, *normals[t]), 6) << t;
+  }
+  const auto alone = TrackNormals(survey.tracks, px, state, views, {}, 1);
+  for (size_t t = 0; t < normals.size(); ++t) EXPECT_EQ(alone[t], normals[t]);
+}
+
+TEST(TrackMeasurement, ThePlaneFitsBetterThanASurfaceThatFacesTheCamera) {
+  const TexturedSurvey survey(Pinholes());
+  SurveyState state = survey.State();
+  state.lens.camera.pinhole = survey.camera.pinhole;
+  PatchSurvey patches{&survey.views, survey.camera, false, {}, {}};
+  ViewPixels on_plane = survey.Detected(false), facing = on_plane;
+  MeasureTracks(patches, survey.tracks, state, &on_plane);
+  patches.surface.enabled = false;
+  MeasureTracks(patches, survey.tracks, state, &facing);
+  EXPECT_LT(survey.MedianDisagreement(on_plane, false),
+            0.8 * survey.MedianDisagreement(facing, false));
 }
 
 TEST(TrackMeasurement, ResidualsTellWhatTheModelLeaves) {

@@ -142,7 +142,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   SurveyMapper mapper(
       camera, focal_sigma, options.survey,
       {quick, learned, perception.vocabulary, perception.reduced, perception.turned, &turned_file},
-      &clock, {options.patches, options.mapping.model_noise});
+      &clock, {options.patches, options.mapping.model_noise, options.mapping.surface});
   std::vector<Frame> frames;
   for (const SurveyView& view : views) frames.push_back(view.frame);
   try {
