@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares networks in the whole program on real sequences made harder.
+"""Compares networks in the whole program on sequences made harder.
 
   .venv/bin/python bench/system/hard_cuts.py [--models default FILE default+superglue ...] [--only NAME ...] [--cuts NAME ...]
 
@@ -8,11 +8,13 @@ with each network:
   as_is    the sequence itself
   third    every third image
   fifth    every fifth image
+  eighth   every eighth image
   dim      the second half at half the brightness
   blur     every image blurred by 12 pixels of motion, each in a direction of its own
-The table (absolute trajectory error over the frames of the largest map, and how many it holds) goes to stdout as
-Markdown, everything to OUT/hard_cuts.json. Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared). Needs
-build/deepuav (scripts/setup.sh) and Pillow (in .venv after scripts/test.sh).
+The table (absolute trajectory error over the frames of the largest map, in brackets the largest, and how many frames it
+holds; where there are further maps, frames in all and maps) goes to stdout as Markdown, everything to OUT/hard_cuts.json.
+Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared); a flight is named by the folder that it was rendered
+into. Needs build/deepuav (scripts/setup.sh) and Pillow (in .venv after scripts/test.sh).
 """
 import argparse
 import json
@@ -26,18 +28,18 @@ sys.path.insert(0, str(ROOT / "bench/system"))
 from place_datasets import Shot, load_sequence, write_dataset  # noqa: E402
 from run import processor  # noqa: E402
 
-CUTS = ("as_is", "third", "fifth", "dim", "blur")
+EVERY = {"third": 3, "fifth": 5, "eighth": 8}
+CUTS = ("as_is", *EVERY, "dim", "blur")
 BLUR_PX = 12
 DEFAULT = "default"
-MATCHER = "+superglue"
+METHODS = ("nearest", "superglue")
 
 
 def make_cut(cut, sequence):
     """The shots and the images a second."""
     every = [Shot(sequence, i) for i in range(len(sequence.images))]
-    if cut in ("third", "fifth"):
-        step = 3 if cut == "third" else 5
-        return every[::step], sequence.rate_hz / step
+    if cut in EVERY:
+        return every[::EVERY[cut]], sequence.rate_hz / EVERY[cut]
     if cut == "dim":
         middle = len(every) // 2
         return every[:middle] + [Shot(sequence, i, brightness=0.5) for i in range(middle, len(every))], sequence.rate_hz
@@ -49,11 +51,11 @@ def make_cut(cut, sequence):
 def run_once(program, dataset, model, out, horizontal):
     """Summary of the run and error of its largest map; no error without a map."""
     command = [program, "run", dataset, "--out", out, "--log-level", "error"]
-    features = model.removesuffix(MATCHER)
+    features, _, method = model.partition("+")
     if features != DEFAULT:
         command += ["--model", features]
-    if features != model:
-        command += ["--set", "matching.method=superglue"]
+    if method:
+        command += ["--set", f"matching.method={method}"]
     (out / "summary.json").unlink(missing_ok=True)  # that of an earlier run
     status = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
     if status not in (0, 1) or not (out / "summary.json").exists():
@@ -71,15 +73,18 @@ def in_main_map(summary):
 
 
 def cell(run):
-    error = f"{run['ate_m']['rmse']:.4f}" if run["ate_m"] else "none"
-    maps = len(run["summary"]["maps"])
-    return f"{error}, {in_main_map(run['summary'])}" + (f" ({maps} maps)" if maps != 1 else "")
+    error = f"{run['ate_m']['rmse']:.4f} ({run['ate_m']['max']:.3f})" if run["ate_m"] else "none"
+    summary = run["summary"]
+    maps = len(summary["maps"])
+    located = sum(m["frames"] for m in summary["maps"])
+    return f"{error}, {in_main_map(summary)}" + (f" ({located} in {maps} maps)" if maps != 1 else "")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", nargs="*", default=[DEFAULT, str(ROOT / "../shared/models/superpoint_coco.onnx")],
-                        help=f"network files; '{DEFAULT}': the one that runs by default; with '{MATCHER}' behind: matched by it")
+                        help=f"network files; '{DEFAULT}': the one that runs by default; with + and one of {', '.join(METHODS)} behind: "
+                             "matching.method")
     parser.add_argument("--only", nargs="*", default=["euroc_mh01_excerpt", "7scenes_redkitchen", "uav_nadir_survey"])
     parser.add_argument("--cuts", nargs="*", default=list(CUTS), choices=CUTS)
     parser.add_argument("--program", type=Path, default=ROOT / "build/deepuav")
@@ -93,19 +98,20 @@ def main():
     print("|---" * (3 + len(names)) + "|")
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.only:
-        if not (data / name).is_dir():
-            print(f"| {name} | skipped: not in {data} |" + " |" * (1 + len(names)))
+        label = Path(name).name
+        if not (data / name).is_dir():  # an absolute name stays as it is
+            print(f"| {label} | skipped: not in {data} |" + " |" * (1 + len(names)))
             continue
         sequence = load_sequence(name, data)
         for cut in arguments.cuts:
             shots, rate_hz = make_cut(cut, sequence)
-            dataset = arguments.cache / f"{name}-{cut}"
+            dataset = arguments.cache / f"{label}-{cut}"
             write_dataset(dataset, sequence.camera, rate_hz, shots)
-            runs = [run_once(arguments.program, dataset, model, arguments.out / f"{name}-{cut}-{label}",
-                             sequence.horizontal) for model, label in zip(arguments.models, names)]
-            results["runs"] += [{"sequence": name, "cut": cut, "model": model, **run}
+            runs = [run_once(arguments.program, dataset, model, arguments.out / f"{label}-{cut}-{network}",
+                             sequence.horizontal) for model, network in zip(arguments.models, names)]
+            results["runs"] += [{"sequence": label, "cut": cut, "model": model, **run}
                                 for model, run in zip(arguments.models, runs)]
-            print(f"| {name} | {cut} | {len(shots)} | {' | '.join(map(cell, runs))} |", flush=True)
+            print(f"| {label} | {cut} | {len(shots)} | {' | '.join(map(cell, runs))} |", flush=True)
             (arguments.out / "hard_cuts.json").write_text(json.dumps(results, indent=1))
 
 

@@ -14,6 +14,7 @@ from PIL import Image
 JPEG_QUALITY = 95
 BLUR_STEPS = 16
 SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
+FLIGHT_CAMERAS = {"radial-tangential": "radial_tangential", "equidistant": "equidistant"}
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,39 @@ def load_survey(folder):
                     horizontal=True, near_m=30, apart_m=100)
 
 
+def load_kitti(folder):
+    poses = {row[0]: (tuple(map(float, row[1:4])), tuple(map(float, row[4:8])))
+             for row in read_rows(folder / "groundtruth.txt")}
+    frames = read_rows(folder / "rgb.txt")
+    camera = Camera("pinhole", 1226, 370, 707.0912, 707.0912, 601.8873, 183.1104)
+    return Sequence(folder.name, 10, camera, [folder / file for _, file in frames],
+                    [poses.get(time) for time, _ in frames], horizontal=False, near_m=5)
+
+
+def load_flight(folder):
+    """A flight as the program renders it."""
+    fields = dict(line.split("#")[0].split(": ", 1) for line in (folder / "mav0/cam0/sensor.yaml").read_text().splitlines()
+                  if ": " in line and not line.startswith(" "))
+    def numbers(name):
+        return [float(word) for word in fields[name].strip().strip("[]").split(",") if word.strip()]
+    size = [int(value) for value in numbers("resolution")]
+    distortion = tuple(numbers("distortion_coefficients"))
+    model = FLIGHT_CAMERAS[fields["distortion_model"].strip()] if any(distortion) else "pinhole"
+    camera = Camera(model, *size, *numbers("intrinsics"), distortion if any(distortion) else ())
+    poses = {}
+    for row in read_rows(folder / "groundtruth_cam0.csv", ","):
+        w, x, y, z = map(float, row[4:8])
+        poses[row[0]] = tuple(map(float, row[1:4])), (x, y, z, w)
+    frames = read_rows(folder / "mav0/cam0/data.csv", ",")
+    return Sequence(folder.name, numbers("rate_hz")[0], camera,
+                    [folder / "mav0/cam0/data" / name.strip() for _, name in frames],
+                    [poses.get(time) for time, _ in frames], horizontal=False, near_m=5)
+
+
 def load_sequence(name, data):
-    load = dict(zip(SEQUENCES, (load_redkitchen, load_euroc, load_survey)))[name]
-    return load(data / name)
+    """A real sequence in the folder `data`, or a rendered flight by its own folder."""
+    loaders = dict(zip((*SEQUENCES, "kitti07_excerpt"), (load_redkitchen, load_euroc, load_survey, load_kitti)))
+    return loaders[name](data / name) if name in loaders else load_flight(Path(name))
 
 
 def resample(image, source, target, quarter_turns):
