@@ -15,6 +15,7 @@
 #include "deepuav/io/testing/gpmf_test_support.h"
 #include "deepuav/io/testing/io_test_support.h"
 #include "deepuav/io/trajectory.h"
+#include "deepuav/io/xmp.h"
 
 namespace deepuav {
 namespace {
@@ -268,6 +269,29 @@ TEST_F(ReaderFuzzTest, Exif) {
     }
     const double focal_px = FocalLengthPx(exif, 800, 600).value_or(1);
     ASSERT_TRUE(std::isfinite(focal_px) && focal_px > 0);
+  }
+  EXPECT_GT(without_fix, 1000);
+}
+
+TEST_F(ReaderFuzzTest, Xmp) {
+  const Strings seeds = {
+      "<drone-dji:RtkFlag>50</drone-dji:RtkFlag> drone-dji:GpsLatitude=\"+47.4012345\" "
+      "drone-dji:GpsLongitude=\"-8.5498\" drone-dji:AbsoluteAltitude=\"+512.3\" "
+      "drone-dji:RtkStdLon=\"0.011\" drone-dji:RtkStdLat=\"0.012\" drone-dji:RtkStdHgt=\"0.026\" "
+      "Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\""};
+  ASSERT_TRUE(ParseXmpRtkFix(seeds[0]));
+  int without_fix = 0;
+  Mutator mutator(&seeds);
+  for (int i = 0; i < 20000; ++i) {
+    const std::string input = mutator.Next();
+    const auto fix = ParseXmpRtkFix(input);
+    without_fix += !fix;
+    if (fix) {
+      ASSERT_TRUE(IsPlaceOnEarth(*fix));
+      ASSERT_TRUE(std::isfinite(fix->altitude_m.value_or(0)));
+      ASSERT_TRUE(fix->sigma_m.allFinite() && fix->sigma_m.minCoeff() >= 0);
+    }
+    ASSERT_TRUE(ParseXmpAccuracy_m(input).allFinite());
   }
   EXPECT_GT(without_fix, 1000);
 }
