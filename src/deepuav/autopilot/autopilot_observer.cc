@@ -42,7 +42,7 @@ void AutopilotObserver::OnFrame(const FrameRecord& record, const Frame& /*frame*
   estimator_.Add(image, MetricIn(record.map, record.map_revision));
 }
 
-OdometryEstimator::Answer AutopilotObserver::At(int64_t time_ns) const {
+OdometryEstimator::Answer AutopilotObserver::At(int64_t time_ns) {
   const std::scoped_lock lock(mutex_);
   return estimator_.At(time_ns);
 }

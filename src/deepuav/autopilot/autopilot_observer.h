@@ -18,7 +18,7 @@ class AutopilotObserver : public RunObserver {
   void Arrived(Timestamp time, const Stopwatch& since_arrival);
   /// From this revision of the map on; nothing: it has no scale.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
-  OdometryEstimator::Answer At(int64_t time_ns) const;
+  OdometryEstimator::Answer At(int64_t time_ns);
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}

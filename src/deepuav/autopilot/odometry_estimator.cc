@@ -99,14 +99,18 @@ void OdometryEstimator::Add(const LocatedImage& image, const std::optional<Metri
   World world{image.map, image.map_revision, *metric};
   const bool world_moved = world_ && WorldMoved(world, image, pose);
   const bool continues = world_ && image.time_ns > time_ns_ && !IsOld(image.time_ns);
-  if (world_moved && continues) {
-    ++reset_counter_;
+  bool jumps = world_moved && continues;
+  if (jumps) {
     predictor_->Jump(image.time_ns, pose);
   } else {
-    const bool is_elsewhere = world_ && IsElsewhere(image, pose);
-    reset_counter_ += is_elsewhere;
-    if (is_elsewhere) predictor_->Forget();
+    jumps = world_ && IsElsewhere(image, pose);
+    if (jumps) predictor_->Forget();
     predictor_->Add(image.time_ns, pose);
+    jumps = jumps || MovesWhatWasTold();
+  }
+  if (jumps) {
+    ++reset_counter_;
+    told_.reset();  // What was told is counted.
   }
   world_ = std::move(world);
   time_ns_ = image.time_ns;
@@ -134,7 +138,14 @@ Odometry OdometryEstimator::Describe(const BodyMotion& motion, int64_t time_ns) 
   return odometry;
 }
 
-OdometryEstimator::Answer OdometryEstimator::At(int64_t time_ns) const {
+bool OdometryEstimator::MovesWhatWasTold() const {
+  if (!told_) return false;
+  const std::optional<BodyMotion> now = predictor_->At(told_->first);
+  return now && IsFar(told_->second, now->local_from_body, options_.largest_step_m,
+                      options_.largest_step_rad);
+}
+
+OdometryEstimator::Answer OdometryEstimator::At(int64_t time_ns) {
   Answer answer;
   if (!was_located_) return answer;
   if (!has_scale_) {
@@ -151,6 +162,7 @@ OdometryEstimator::Answer OdometryEstimator::At(int64_t time_ns) const {
   }
   answer.why = Silence::kNone;
   answer.odometry = Describe(*motion, std::max(time_ns, time_ns_));
+  told_ = {answer.odometry->time_ns, motion->local_from_body};
   return answer;
 }
 

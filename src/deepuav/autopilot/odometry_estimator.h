@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "deepuav/autopilot/motion_predictor.h"
 #include "deepuav/base/ids.h"
@@ -38,7 +39,8 @@ struct OdometryOptions {
   /// A change of gauge, a place where a lost camera is found again, and a pose that no motion leads
   /// to, which are off what is expected by less than both, are no jumps.
   double least_jump_m = 0.05, least_jump_rad = 0.01;
-  /// From what was predicted, however late the image comes: more is a jump.
+  /// From what was predicted, however late the image comes, and of what was told last: more is a
+  /// jump.
   double largest_step_m = 0.3, largest_step_rad = 0.3;
   int full_quality_landmarks = 100;  ///< From so many on the quality is 100.
 };
@@ -60,7 +62,7 @@ class OdometryEstimator {
     Silence why = Silence::kNoImage;  ///< There is no odometry.
     std::optional<GeoPoint> origin;   ///< Of the map that the body is in.
   };
-  Answer At(int64_t time_ns) const;
+  Answer At(int64_t time_ns);
 
  private:
   /// Of what poses are in: where it changes there may be a jump.
@@ -73,15 +75,19 @@ class OdometryEstimator {
   bool WorldMoved(const World& world, const LocatedImage& image, const BodyPose& pose) const;
   /// Whether the body is where it cannot have come by moving, as far as that is known.
   bool IsElsewhere(const LocatedImage& image, const BodyPose& pose) const;
+  /// Whether what was told last would now be told far from there: an image that comes late changes
+  /// the velocity, too, which leads on from it.
+  bool MovesWhatWasTold() const;
   Odometry Describe(const BodyMotion& motion, int64_t time_ns) const;
   bool IsOld(int64_t time_ns) const;
 
   const SE3 body_from_cam_;
   const OdometryOptions options_;
   std::unique_ptr<MotionPredictor> predictor_;
-  std::optional<World> world_;  ///< Of the last image that was located with scale.
-  int64_t time_ns_ = 0;         ///< Its time...
-  int landmarks_ = 0;           ///< ...and what it saw.
+  std::optional<World> world_;                   ///< Of the last image that was located with scale.
+  std::optional<std::pair<int64_t, SE3>> told_;  ///< When and where the body was said to be last.
+  int64_t time_ns_ = 0;                          ///< Its time...
+  int landmarks_ = 0;                            ///< ...and what it saw.
   bool has_scale_ = false, is_lost_ = false, was_located_ = false;
   uint8_t reset_counter_ = 0;
 };

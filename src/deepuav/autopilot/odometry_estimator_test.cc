@@ -55,7 +55,7 @@ class OdometryEstimatorTest : public testing::Test {
         CamFromMap(SE3(Eigen::Quaterniond::Identity(), offset) * LocalFromBody(next_));
     estimator_.Add(image, MetricFromMap{});
   }
-  uint8_t Resets(int64_t time_ns) const { return estimator_.At(time_ns).odometry->reset_counter; }
+  uint8_t Resets(int64_t time_ns) { return estimator_.At(time_ns).odometry->reset_counter; }
 
   OdometryEstimator estimator_{BodyFromCam(), {}, std::make_unique<ConstantVelocity>()};
   int64_t next_ = kStart;
@@ -181,6 +181,24 @@ TEST_F(OdometryEstimatorTest, ALargeStepIsAJumpHoweverLateTheImage) {
     AddMoved({0, offset_m, 0});
     EXPECT_EQ(Resets(next_) - before, offset_m > 0.3) << offset_m;
     next_ += 20 * kInterval;
+  }
+}
+
+TEST_F(OdometryEstimatorTest, WhatALateImageMovesOfWhatWasToldIsAJump) {
+  for (const double latency_s : {0.02, 0.45}) {
+    Fly(20);
+    const auto told_ns = next_ + static_cast<int64_t>(1e9 * latency_s);
+    const auto before = estimator_.At(told_ns).odometry;
+    ASSERT_TRUE(before);
+    // Stopped at once: by then the body is still near where it was expected, but not later on.
+    AddMoved({-0.1, 0, 0});
+    const auto after = estimator_.At(told_ns).odometry;
+    ASSERT_TRUE(after);
+    const double step_m =
+        (after->local_from_body.translation() - before->local_from_body.translation()).norm();
+    EXPECT_EQ(step_m > 0.3, latency_s > 0.3) << step_m;
+    EXPECT_EQ(after->reset_counter - before->reset_counter, step_m > 0.3) << step_m;
+    next_ += 40 * kInterval;
   }
 }
 
