@@ -133,8 +133,9 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
 
 /// The covariance of each camera's cam_from_world, as a twist [translation; rotation] from the
 /// left: what the problem tells of it at its present state, its lens taken as known, with the noise
-/// that the inliers' residuals show. Zero for fixed cameras and those that see nothing. Nothing
-/// where the problem leaves the gauge open: it must be held by fixed cameras and factors.
+/// that the inliers' residuals show. Zero for fixed cameras. The gauge must be held by fixed
+/// cameras and factors: what is left open has covariances of no use. Nothing where there are no
+/// observations left to tell the noise, or the system has no solution.
 std::optional<std::vector<Matrix6d>> EstimateCameraCovariances(const BundleProblem& problem,
                                                                const BundleOptions& options);
 
