@@ -5,15 +5,6 @@
 namespace deepuav {
 namespace {
 
-/// How a twist [translation; rotation] from the left moves when `pose` stands before it.
-Matrix6d AdjointOf(const SE3& pose) {
-  const Eigen::Matrix3d rotation = pose.RotationMatrix();
-  Matrix6d adjoint = Matrix6d::Zero();
-  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = rotation;
-  adjoint.topRightCorner<3, 3>() = Skew(pose.translation()) * rotation;
-  return adjoint;
-}
-
 /// What the frame's own pixels leave open, in the map's present units; nothing where unknown.
 std::optional<Matrix6d> OwnCovariance(const FrameRecord& record, const Keyframe& keyframe) {
   const Eigen::LLT<Matrix6d> factor(record.pose_information);
@@ -53,7 +44,11 @@ std::optional<Matrix6d> PoseCovariance(const FrameRecord& record, const Atlas& a
   if (found == of_map->second.end()) return std::nullopt;
   const Keyframe& keyframe = map.At(found->first);
   const SE3 frame_from_keyframe = record.cam_from_world * keyframe.cam_from_world.Inverse();
-  const Matrix6d adjoint = AdjointOf(frame_from_keyframe);
+  // How a twist from the left moves when the frame stands before it.
+  const Matrix6d adjoint =
+      Sim3(1, frame_from_keyframe.rotation(), frame_from_keyframe.translation())
+          .Adjoint()
+          .topLeftCorner<6, 6>();
   Matrix6d covariance = adjoint * found->second * adjoint.transpose();
   if (record.id != keyframe.frame.id) {
     const std::optional<Matrix6d> own = OwnCovariance(record, keyframe);

@@ -2,39 +2,20 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <utility>
 
+#include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/system/calibration_correction.h"
-#include "deepuav/system/gap_bridge.h"
+#include "deepuav/system/run_finish.h"
 
 namespace deepuav {
 
 namespace {
 
-/// The maps, those with most keyframes first: the largest knows the camera best.
-std::vector<MapId> ByKeyframes(const Atlas& atlas) {
-  std::vector<MapId> maps = atlas.Remaining();
-  std::stable_sort(maps.begin(), maps.end(), [&atlas](MapId a, MapId b) {
-    return atlas.At(a).KeyframeCount() > atlas.At(b).KeyframeCount();
-  });
-  return maps;
-}
-
 TrackingOptions TrackingIn(const SystemOptions& options) {
   TrackingOptions tracking = options.tracking;
   tracking.starts_maps = !options.localise_only;
   return tracking;
-}
-
-/// Gives located frames the poses that the maps as they are give them.
-void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records) {
-  for (FrameRecord& record : *records) {
-    if (!record.located()) continue;
-    record.map = atlas.Current(record.map);
-    record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
-  }
 }
 
 SystemOptions WithSharedPatches(SystemOptions options) {
@@ -43,6 +24,13 @@ SystemOptions WithSharedPatches(SystemOptions options) {
 }
 
 }  // namespace
+
+Schedule ParseSchedule(const std::string& name) {
+  if (name == "sequential") return Schedule::kSequential;
+  if (name == "threaded") return Schedule::kThreaded;
+  if (name == "live") return Schedule::kLive;
+  throw Error("schedule is '{}': expected sequential, threaded or live", name);
+}
 
 Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception& perception)
     : camera_(camera),
@@ -55,7 +43,7 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       back_end_(&atlas_, &mapper_, places_ ? &*places_ : nullptr, MakeLoopCloser(),
                 perception.turned, options.adjustment_delay_keyframes, &clock_),
       tracker_(camera, TrackingIn(options_), &matcher_, &clock_),
-      relocaliser_(camera, options_.tracking.relocaliser, options_.tracking.locator,
+      lost_frames_(camera, options_, places_ ? &*places_ : nullptr, perception.turned,
                    MatchersOfPlaces(), &clock_) {
   options_.Check();
   clock_.RememberLatest(static_cast<size_t>(options_.max_records));
@@ -130,7 +118,10 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
     ended = true;
   }
   if (sensors_at_end_) sensors_ = sensors_at_end_();
-  Finish(stop, &result);
+  back_end_.DropAdjustment();
+  RunFinish(options_,
+            {&camera_, &atlas_, &mapper_, &matcher_, &clock_, sensors_, first_new_keyframe_})
+      .Finish(stop, &result);
   result.skipped_late = live_images.skipped();
   result.relocalisations = relocalisations_;
   result.closed_loops = back_end_.closed_loops();
@@ -215,46 +206,17 @@ bool Slam::StartMap(const InitialMapRequest& request, MappingLane* mapping) {
 }
 
 std::optional<TrackingResult> Slam::Relocalise(const Frame& frame, MappingLane* mapping) {
-  if (!places_ || frame.features->size() < options_.tracking.relocaliser.min_inliers)
-    return std::nullopt;
+  if (!lost_frames_.MayFind(frame)) return std::nullopt;
   const StageScope stage(&clock_, "relocalise");
   if (keyframe_under_way_) tracker_.UseLocalMap(mapping->Collect());
   keyframe_under_way_.reset();
   mapping->Settle();
-  if (atlas_.Remaining().empty()) return std::nullopt;
-  std::optional<TrackingResult> result = RelocaliseUnder(frame, {});
-  if (!result && perception_.turned && TurnsAt(frame.time)) {
-    const TurnedDescriptors turned =
-        perception_.turned->Describe(frame.image->image(), *frame.features);
-    result = RelocaliseUnder(frame, turned);
-  }
-  if (!result) return std::nullopt;
-  Log().info("frame {} is recognised in map {}", frame.id.value, result->pose->map.value);
+  const auto found = lost_frames_.Find(frame, atlas_);
+  if (!found) return std::nullopt;
+  TrackingResult result = tracker_.Resume(frame, found->surroundings, found->located);
+  Log().info("frame {} is recognised in map {}", frame.id.value, result.pose->map.value);
   ++relocalisations_;
   return result;
-}
-
-bool Slam::TurnsAt(Timestamp time) {
-  const bool due =
-      !turned_at_ || std::abs(SecondsBetween(*turned_at_, time)) >= options_.turned_interval_s;
-  if (due) turned_at_ = time;
-  return due;
-}
-
-std::optional<TrackingResult> Slam::RelocaliseUnder(const Frame& frame,
-                                                    std::span<const Descriptors> turned) {
-  std::vector<LocalMapPtr> surroundings;
-  std::vector<int> headings;
-  for (const PlaceCandidate& place : places_->PlacesLike(atlas_, *frame.features, turned)) {
-    surroundings.push_back(
-        MakeLocalMap(atlas_.At(place.map), place.keyframe, options_.mapping.local_map));
-    headings.push_back(place.view);
-  }
-  if (surroundings.empty()) return std::nullopt;
-  const auto found = relocaliser_.Relocalise(frame, turned, surroundings, nullptr, headings);
-  if (!found) return std::nullopt;
-  return tracker_.Resume(frame, surroundings[static_cast<size_t>(found->candidate)],
-                         found->located);
 }
 
 void Slam::CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live) {
@@ -292,138 +254,6 @@ void Slam::ForgetRemoved(MappingLane* mapping, const SlamResult& result) {
   auto referred =
       std::make_shared<MapReferences>(ReferencesOf(result.frames, tracker_.local_map()));
   mapping->Change([this, referred] { forgetter_.Forget(std::move(*referred), &atlas_); });
-}
-
-void Slam::AdjustAll(const std::function<bool()>& stop, SlamResult* result) {
-  back_end_.DropAdjustment();
-  if (!options_.adjust_at_end || options_.localise_only) return;
-  const std::vector<MapId> maps = ByKeyframes(atlas_);
-  for (MapId map : maps) {
-    const bool refine = RefinesFocalIn(map);
-    mapper_.AdjustGlobally(map, &camera_.pinhole, refine, stop);
-    if (refine) Log().info("focal length refined to {:.1f} px", camera_.pinhole.fx);
-    if (map == maps.front() && MayCorrectCalibration()) {
-      result->lens =
-          CorrectCalibration(map, options_.mapping.lens, &mapper_, &camera_, &result->frames, stop);
-    }
-    if (stop()) break;
-  }
-}
-
-bool Slam::MayCorrectCalibration() const {
-  const bool goes_on = first_new_keyframe_.value > 0;
-  return options_.mapping.lens.enabled && !options_.refine_focal && !goes_on;
-}
-
-bool Slam::RefinesFocalIn(MapId map) const {
-  return options_.refine_focal && camera_.distortion.empty() && map == ByKeyframes(atlas_).front();
-}
-
-void Slam::MakeMetricAll(const std::function<bool()>& stop, SlamResult* result) {
-  if (sensors_.imu.samples.empty() || options_.localise_only) return;
-  const StageScope stage(&clock_, "inertial");
-  const TrajectoryFinish finish = MakeFinish(nullptr);
-  InertialGauge gauge(
-      sensors_.imu, options_.sensors.imu,
-      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, &mapper_,
-      &atlas_);
-  result->inertial = gauge.ApplyToAll(ByKeyframes(atlas_), result->frames, stop);
-}
-
-std::vector<ReckonedFrame> Slam::BridgeByImu(SlamResult* result) {
-  if (result->inertial.empty()) return {};
-  const StageScope stage(&clock_, "inertial");
-  const TrajectoryFinish finish = MakeFinish(nullptr);
-  InertialBridge bridge(
-      sensors_.imu, options_.sensors.imu,
-      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, result->inertial,
-      &mapper_, &atlas_);
-  result->maps_joined_by_imu = bridge.JoinMaps(result->frames);
-  return bridge.Reckon(result->frames);
-}
-
-void Slam::GeoreferenceAll(const std::function<bool()>& stop, SlamResult* result) {
-  if (sensors_.gnss.fixes.empty() || options_.localise_only) return;
-  const StageScope stage(&clock_, "georeference");
-  MetricPriors priors;
-  for (const auto& [map, attempt] : result->inertial) {
-    if (attempt.found) priors[map] = {attempt.found->scale_sigma, attempt.found->tilt_sigma_rad};
-  }
-  Georeferencing georeferencing(sensors_, options_.sensors, priors, &mapper_, &atlas_);
-  result->georeferences = georeferencing.ApplyToAll(
-      ByKeyframes(atlas_), result->frames, &camera_.pinhole,
-      [this](MapId map) { return RefinesFocalIn(map); }, stop);
-}
-
-TrajectoryFinish Slam::MakeFinish(FrameLocator* locator) const {
-  return {camera_,
-          options_.tracking.locator,
-          options_.mapping.local_map,
-          options_.max_gap_frames,
-          atlas_,
-          first_new_keyframe_,
-          locator};
-}
-
-void Slam::EstimateCovariances(const std::function<bool()>& stop, SlamResult* result) {
-  if (!options_.adjust_at_end || options_.localise_only) return;
-  const StageScope stage(&clock_, "covariances");
-  result->covariances = EstimateMapCovariances(
-      atlas_, camera_.pinhole, options_.mapping.global_bundle, result->georeferences, stop);
-}
-
-void Slam::FinishTrajectory(const std::function<bool()>& stop, std::vector<FrameRecord>* records) {
-  PlaceInMaps(atlas_, records);
-  const StageScope stage(&clock_, "finish trajectory");
-  LocatorOptions thorough = options_.tracking.locator;
-  thorough.reference_tries = options_.end_reference_tries;
-  FrameLocator locator(camera_, thorough, &matcher_, nullptr);
-  MakeFinish(&locator).Finish(records, stop);
-}
-
-void Slam::BridgeGaps(const std::function<bool()>& stop,
-                      std::vector<std::shared_ptr<const Features>> features,
-                      std::vector<FrameRecord>* records) {
-  const StageScope stage(&clock_, "bridge gaps");
-  const GapSight sight{camera_, options_.tracking.locator, options_.mapping.local_map, &matcher_};
-  const int placed =
-      GapBridge(sight, options_.gaps, atlas_, std::move(features)).Bridge(records, stop);
-  if (placed > 0) Log().info("{} lost frames are placed between those about them", placed);
-}
-
-void Slam::SetAsideMoving() {
-  if (!options_.adjust_at_end || options_.localise_only) return;
-  for (const MapId map : atlas_.Remaining()) mapper_.SetAsideMoving(map);
-}
-
-void Slam::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) {
-  Stopwatch since_stop;
-  const std::function<bool()> stop = [&] {
-    if (!result->stopped && asked_to_stop && asked_to_stop()) {
-      result->stopped = true;
-      since_stop = {};
-    }
-    return result->stopped && since_stop.Seconds() > options_.finish_stopped_s;
-  };
-  const auto attempt = [result](const auto& step) {
-    try {
-      step();
-    } catch (const std::exception& error) {
-      if (result->failure.empty()) result->failure = error.what();
-    }
-  };
-  attempt([&] { AdjustAll(stop, result); });
-  attempt([&] { MakeMetricAll(stop, result); });
-  std::vector<ReckonedFrame> reckoned;
-  attempt([&] { reckoned = BridgeByImu(result); });
-  attempt([&] { GeoreferenceAll(stop, result); });
-  std::vector<std::shared_ptr<const Features>> features;
-  for (const FrameRecord& record : result->frames) features.push_back(record.features);
-  attempt([&] { FinishTrajectory(stop, &result->frames); });
-  attempt([&] { EstimateCovariances(stop, result); });
-  attempt([&] { TakeReckoned(atlas_, reckoned, &result->frames); });
-  attempt([&] { BridgeGaps(stop, std::move(features), &result->frames); });
-  attempt([&] { SetAsideMoving(); });
 }
 
 }  // namespace deepuav

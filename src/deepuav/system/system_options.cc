@@ -1,6 +1,6 @@
-#include "deepuav/base/error.h"
+#include "deepuav/system/system_options.h"
+
 #include "deepuav/base/option_check.h"
-#include "deepuav/system/slam.h"
 
 namespace deepuav {
 namespace {
@@ -21,13 +21,6 @@ void VisitParts(Options& options, Visitor&& visit) {
 }
 
 }  // namespace
-
-Schedule ParseSchedule(const std::string& name) {
-  if (name == "sequential") return Schedule::kSequential;
-  if (name == "threaded") return Schedule::kThreaded;
-  if (name == "live") return Schedule::kLive;
-  throw Error("schedule is '{}': expected sequential, threaded or live", name);
-}
 
 void SystemOptions::Check() const {
   VisitParts(*this, [](const char* prefix, const auto& part) { CheckOptions(prefix, part); });

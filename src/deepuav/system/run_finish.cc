@@ -1,0 +1,165 @@
+#include "deepuav/system/run_finish.h"
+
+#include <algorithm>
+#include <exception>
+
+#include "deepuav/base/logging.h"
+#include "deepuav/system/calibration_correction.h"
+#include "deepuav/system/gap_bridge.h"
+
+namespace deepuav {
+namespace {
+
+/// The maps, those with most keyframes first: the largest knows the camera best.
+std::vector<MapId> ByKeyframes(const Atlas& atlas) {
+  std::vector<MapId> maps = atlas.Remaining();
+  std::stable_sort(maps.begin(), maps.end(), [&atlas](MapId a, MapId b) {
+    return atlas.At(a).KeyframeCount() > atlas.At(b).KeyframeCount();
+  });
+  return maps;
+}
+
+}  // namespace
+
+void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records) {
+  for (FrameRecord& record : *records) {
+    if (!record.located()) continue;
+    record.map = atlas.Current(record.map);
+    record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
+  }
+}
+
+void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) const {
+  Stopwatch since_stop;
+  const Stop stop = [&] {
+    if (!result->stopped && asked_to_stop && asked_to_stop()) {
+      result->stopped = true;
+      since_stop = {};
+    }
+    return result->stopped && since_stop.Seconds() > options_.finish_stopped_s;
+  };
+  const auto attempt = [result](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception& error) {
+      if (result->failure.empty()) result->failure = error.what();
+    }
+  };
+  attempt([&] { AdjustAll(stop, result); });
+  attempt([&] { MakeMetricAll(stop, result); });
+  std::vector<ReckonedFrame> reckoned;
+  attempt([&] { reckoned = BridgeByImu(result); });
+  attempt([&] { GeoreferenceAll(stop, result); });
+  std::vector<std::shared_ptr<const Features>> features;
+  for (const FrameRecord& record : result->frames) features.push_back(record.features);
+  attempt([&] { FinishTrajectory(stop, &result->frames); });
+  attempt([&] { EstimateCovariances(stop, result); });
+  attempt([&] { TakeReckoned(*run_.atlas, reckoned, &result->frames); });
+  attempt([&] { BridgeGaps(stop, std::move(features), &result->frames); });
+  attempt([&] { SetAsideMoving(); });
+}
+
+void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
+  if (!Adjusts()) return;
+  const std::vector<MapId> maps = ByKeyframes(*run_.atlas);
+  for (MapId map : maps) {
+    const bool refine = RefinesFocalIn(map);
+    run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, refine, stop);
+    if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
+    if (map == maps.front() && MayCorrectCalibration()) {
+      result->lens = CorrectCalibration(map, options_.mapping.lens, run_.mapper, run_.camera,
+                                        &result->frames, stop);
+    }
+    if (stop()) break;
+  }
+}
+
+bool RunFinish::MayCorrectCalibration() const {
+  const bool goes_on = run_.first_new_keyframe.value > 0;
+  return options_.mapping.lens.enabled && !options_.refine_focal && !goes_on;
+}
+
+bool RunFinish::RefinesFocalIn(MapId map) const {
+  return options_.refine_focal && run_.camera->distortion.empty() &&
+         map == ByKeyframes(*run_.atlas).front();
+}
+
+void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
+  if (run_.sensors.imu.samples.empty() || options_.localise_only) return;
+  const StageScope stage(run_.clock, "inertial");
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  InertialGauge gauge(
+      run_.sensors.imu, options_.sensors.imu,
+      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, run_.mapper,
+      run_.atlas);
+  result->inertial = gauge.ApplyToAll(ByKeyframes(*run_.atlas), result->frames, stop);
+}
+
+std::vector<ReckonedFrame> RunFinish::BridgeByImu(SlamResult* result) const {
+  if (result->inertial.empty()) return {};
+  const StageScope stage(run_.clock, "inertial");
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  InertialBridge bridge(
+      run_.sensors.imu, options_.sensors.imu,
+      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, result->inertial,
+      run_.mapper, run_.atlas);
+  result->maps_joined_by_imu = bridge.JoinMaps(result->frames);
+  return bridge.Reckon(result->frames);
+}
+
+void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {
+  if (run_.sensors.gnss.fixes.empty() || options_.localise_only) return;
+  const StageScope stage(run_.clock, "georeference");
+  MetricPriors priors;
+  for (const auto& [map, attempt] : result->inertial) {
+    if (attempt.found) priors[map] = {attempt.found->scale_sigma, attempt.found->tilt_sigma_rad};
+  }
+  Georeferencing georeferencing(run_.sensors, options_.sensors, priors, run_.mapper, run_.atlas);
+  result->georeferences = georeferencing.ApplyToAll(
+      ByKeyframes(*run_.atlas), result->frames, &run_.camera->pinhole,
+      [this](MapId map) { return RefinesFocalIn(map); }, stop);
+}
+
+TrajectoryFinish RunFinish::MakeTrajectoryFinish(FrameLocator* locator) const {
+  return {*run_.camera,
+          options_.tracking.locator,
+          options_.mapping.local_map,
+          options_.max_gap_frames,
+          *run_.atlas,
+          run_.first_new_keyframe,
+          locator};
+}
+
+void RunFinish::EstimateCovariances(const Stop& stop, SlamResult* result) const {
+  if (!Adjusts()) return;
+  const StageScope stage(run_.clock, "covariances");
+  result->covariances =
+      EstimateMapCovariances(*run_.atlas, run_.camera->pinhole, options_.mapping.global_bundle,
+                             result->georeferences, stop);
+}
+
+void RunFinish::FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const {
+  PlaceInMaps(*run_.atlas, records);
+  const StageScope stage(run_.clock, "finish trajectory");
+  LocatorOptions thorough = options_.tracking.locator;
+  thorough.reference_tries = options_.end_reference_tries;
+  FrameLocator locator(*run_.camera, thorough, run_.matcher, nullptr);
+  MakeTrajectoryFinish(&locator).Finish(records, stop);
+}
+
+void RunFinish::BridgeGaps(const Stop& stop, std::vector<std::shared_ptr<const Features>> features,
+                           std::vector<FrameRecord>* records) const {
+  const StageScope stage(run_.clock, "bridge gaps");
+  const GapSight sight{*run_.camera, options_.tracking.locator, options_.mapping.local_map,
+                       run_.matcher};
+  const int placed =
+      GapBridge(sight, options_.gaps, *run_.atlas, std::move(features)).Bridge(records, stop);
+  if (placed > 0) Log().info("{} lost frames are placed between those about them", placed);
+}
+
+void RunFinish::SetAsideMoving() const {
+  if (!Adjusts()) return;
+  for (const MapId map : run_.atlas->Remaining()) run_.mapper->SetAsideMoving(map);
+}
+
+}  // namespace deepuav

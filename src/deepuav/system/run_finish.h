@@ -1,0 +1,67 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "deepuav/mapping/mapper.h"
+#include "deepuav/matching/matcher.h"
+#include "deepuav/system/inertial_bridge.h"
+#include "deepuav/system/slam_result.h"
+#include "deepuav/system/stage_clock.h"
+#include "deepuav/system/system_options.h"
+#include "deepuav/system/trajectory_finish.h"
+
+namespace deepuav {
+
+/// Gives located frames the poses that the maps as they are give them.
+void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records);
+
+/// What follows the last image: the maps are adjusted, get their metres and their place on Earth,
+/// and all frames their final poses.
+class RunFinish {
+ public:
+  /// What a run leaves to be finished; all must outlive the finish.
+  struct Run {
+    Camera* camera;  ///< Corrected where the maps tell.
+    Atlas* atlas;
+    Mapper* mapper;
+    Matcher* matcher;
+    StageClock* clock;
+    const SensorStreams& sensors;
+    KeyframeId first_new_keyframe;  ///< Those before it were loaded.
+  };
+
+  /// The options must outlive it.
+  RunFinish(const SystemOptions& options, const Run& run) : options_(options), run_(run) {}
+
+  /// What fails is left out and said in `result`. Once `asked_to_stop` (may be null) says true
+  /// there are SystemOptions::finish_stopped_s left.
+  void Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) const;
+
+ private:
+  using Stop = std::function<bool()>;
+
+  void AdjustAll(const Stop& stop, SlamResult* result) const;
+  /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
+  bool MayCorrectCalibration() const;
+  /// Whether the adjustment refines the focal length: with the largest map.
+  bool RefinesFocalIn(MapId map) const;
+  void MakeMetricAll(const Stop& stop, SlamResult* result) const;
+  /// Over what the camera did not see, by the inertial sensor: what lies between is for the end.
+  std::vector<ReckonedFrame> BridgeByImu(SlamResult* result) const;
+  void GeoreferenceAll(const Stop& stop, SlamResult* result) const;
+  TrajectoryFinish MakeTrajectoryFinish(FrameLocator* locator) const;
+  void FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const;
+  void EstimateCovariances(const Stop& stop, SlamResult* result) const;
+  void BridgeGaps(const Stop& stop, std::vector<std::shared_ptr<const Features>> features,
+                  std::vector<FrameRecord>* records) const;
+  void SetAsideMoving() const;
+  /// Whether the maps may be changed.
+  bool Adjusts() const { return options_.adjust_at_end && !options_.localise_only; }
+
+  const SystemOptions& options_;
+  const Run run_;
+};
+
+}  // namespace deepuav

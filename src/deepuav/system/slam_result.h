@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deepuav/mapping/lens_search.h"
+#include "deepuav/system/frame_record.h"
+#include "deepuav/system/georeferencing.h"
+#include "deepuav/system/inertial_gauge.h"
+#include "deepuav/system/pose_covariances.h"
+
+namespace deepuav {
+
+/// What a run leaves behind.
+struct SlamResult {
+  std::vector<FrameRecord> frames;
+  std::map<std::string, std::vector<double>> stage_durations_s;
+  int skipped_late = 0;          ///< Images left out by the live schedule.
+  int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
+  int relocalisations = 0, closed_loops = 0, merged_maps = 0;
+  int maps_joined_by_imu = 0;
+  int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
+  std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
+  std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
+  MapCovariances covariances;                         ///< Of the keyframes, in the end.
+  std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
+  int doubtful_photographs = 0;                       ///< Of a survey: SurveyOutcome::doubtful.
+  std::string
+      failure;  ///< What ended the run early, if anything did; the result until then is complete.
+  bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
+};
+
+}  // namespace deepuav
