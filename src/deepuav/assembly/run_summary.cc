@@ -79,17 +79,23 @@ Json InertialTable(const InertialAttempt& attempt) {
   if (!attempt.found) return {{"reason", attempt.reason}};
   const InertialAlignment& found = *attempt.found;
   const auto numbers = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
-  return {{"scale_sigma", found.scale_sigma},
-          {"tilt_sigma_deg", found.tilt_sigma_rad * kDegrees},
-          {"clock_offset_s", found.clock_offset_s},
-          {"clock_sigma_s", found.clock_sigma_s},
-          {"gyroscope_bias_rad_s", numbers(found.bias.gyroscope_rad_s)},
-          {"accelerometer_bias_m_s2", numbers(found.bias.accelerometer_m_s2)},
-          {"turn_residual_deg", found.turn_residual_rad * kDegrees},
-          {"position_residual_m", found.position_residual_m},
-          {"chi_square", found.chi_square},
-          {"scale_spread", found.scale_spread},
-          {"duration_s", found.duration_s}};
+  Json table = {{"scale_sigma", found.scale_sigma},
+                {"tilt_sigma_deg", found.tilt_sigma_rad * kDegrees},
+                {"clock_offset_s", found.clock_offset_s},
+                {"clock_sigma_s", found.clock_sigma_s},
+                {"gyroscope_bias_rad_s", numbers(found.bias.gyroscope_rad_s)},
+                {"accelerometer_bias_m_s2", numbers(found.bias.accelerometer_m_s2)},
+                {"turn_residual_deg", found.turn_residual_rad * kDegrees},
+                {"position_residual_m", found.position_residual_m},
+                {"chi_square", found.chi_square},
+                {"scale_spread", found.scale_spread},
+                {"duration_s", found.duration_s}};
+  if (found.mount_sigma_rad > 0) {
+    const Eigen::Quaterniond& mount = found.cam_from_imu.rotation();
+    table["mount"] = {{"cam_from_imu_wxyz", {mount.w(), mount.x(), mount.y(), mount.z()}},
+                      {"sigma_deg", found.mount_sigma_rad * kDegrees}};
+  }
+  return table;
 }
 
 void AddGeoreference(const GeoreferenceReport& report, Json* table) {

@@ -8,6 +8,7 @@
 
 #include "deepuav/inertial/inertial_adjustment.h"
 #include "deepuav/inertial/inertial_start.h"
+#include "deepuav/inertial/mount_search.h"
 #include "deepuav/inertial/path_noise.h"
 
 namespace deepuav {
@@ -120,6 +121,7 @@ InertialAlignment Summarise(const InertialProblem& problem, const TimedPose& fir
   found.turn_residual_rad = std::sqrt(turn_variance);
   found.position_residual_m = scale * std::sqrt(position_variance);
   found.duration_s = LinkedSeconds(problem);
+  found.cam_from_imu = problem.cam_from_imu;
   found.level_from_world = LevelFromWorld(first.world_from_cam, down, scale);
   found.motions = MotionsIn(found.level_from_world, problem, states);
   return found;
@@ -155,20 +157,22 @@ std::string Doubt(const InertialAlignment& found, const InertialOptions& options
 
 /// The standard deviations, with errors of poses that are alike.
 bool FindSigmas(InertialProblem problem, const std::vector<InertialState>& states,
-                const std::vector<double>& weights, InertialAlignment* found) {
+                const std::vector<double>& weights, double mount_sigma_rad,
+                InertialAlignment* found) {
   const double inflation = std::sqrt(VarianceInflation(PathResiduals(problem, states), problem));
   for (double& sigma : problem.position_sigma) sigma *= inflation;
   const auto covariance = CovarianceOf(problem, states, weights);
   if (!covariance) return false;
   found->scale_sigma = std::hypot(covariance->log_scale_sigma, problem.options.path_scale_sigma);
-  found->tilt_sigma_rad = covariance->down_sigma_rad;
+  found->mount_sigma_rad = mount_sigma_rad;
+  found->tilt_sigma_rad = std::hypot(covariance->down_sigma_rad, mount_sigma_rad);
   found->clock_sigma_s = covariance->clock_sigma_s;
   return true;
 }
 
 InertialAttempt Refused(std::string reason) { return {std::nullopt, std::move(reason)}; }
 
-InertialAttempt Align(const TimedPose& first, InertialProblem problem,
+InertialAttempt Align(const TimedPose& first, InertialProblem problem, double mount_sigma_rad,
                       const std::function<bool()>& stop) {
   const InertialOptions& options = problem.options;
   const std::optional<InertialStart> start = FindInertialStart(problem);
@@ -186,7 +190,7 @@ InertialAttempt Align(const TimedPose& first, InertialProblem problem,
   const std::vector<double> weights = ScaleWeights(problem.path);
   InertialAlignment found = Summarise(problem, first, states, weights);
   found.chi_square = fit.imu_chi_square;
-  if (!FindSigmas(problem, states, weights, &found))
+  if (!FindSigmas(problem, states, weights, mount_sigma_rad, &found))
     return Refused("the flight leaves scale and level open");
   if (std::string doubt = Doubt(found, options); !doubt.empty()) return Refused(std::move(doubt));
   if (!fit.converged) return Refused("the samples do not fit the camera's path");
@@ -210,10 +214,19 @@ InertialAttempt AlignInertially(const Trajectory& path, const ImuStream& imu,
     return Refused(fmt::format("{:.1f} s of the path have samples: expected {:g} s", seconds,
                                options.min_duration_s));
   }
+  double mount_sigma_rad = 0;
+  if (!imu.mount_is_known) {
+    const std::optional<FoundMount> mount = FindMount(problem.path, integrator, options);
+    if (!mount) return Refused("the camera's turns do not tell how the sensor is mounted");
+    problem.cam_from_imu = {mount->cam_from_imu, imu.cam_from_imu.translation()};
+    mount_sigma_rad = mount->sigma_rad;
+    problem.options.path_scale_sigma =
+        std::hypot(options.path_scale_sigma, options.uncalibrated_scale_sigma);
+  }
   const auto first =
       std::min_element(path.begin(), path.end(),
                        [](const TimedPose& a, const TimedPose& b) { return a.time < b.time; });
-  return Align(*first, std::move(problem), stop);
+  return Align(*first, std::move(problem), mount_sigma_rad, stop);
 }
 
 }  // namespace deepuav

@@ -19,7 +19,9 @@ struct InertialAlignment {
   Sim3 level_from_world;
   double scale_sigma = 0;  ///< As a share of the scale.
   double tilt_sigma_rad = 0;
-  double clock_offset_s = 0;  ///< To be added to the sensor's times.
+  SE3 cam_from_imu;            ///< As stated, or its rotation as turns tell it.
+  double mount_sigma_rad = 0;  ///< Of that rotation; 0: stated.
+  double clock_offset_s = 0;   ///< To be added to the sensor's times.
   double clock_sigma_s = 0;
   ImuBias bias;                    ///< Mean over the path.
   double turn_residual_rad = 0;    ///< Of the path's poses, root mean square an axis.

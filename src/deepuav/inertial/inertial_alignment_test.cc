@@ -83,6 +83,29 @@ TEST(InertialAlignment, FindsScaleLevelAndBiases) {
   EXPECT_LT(found.chi_square, 1);
 }
 
+TEST(InertialAlignment, TurnsTellAMountThatIsNotStated) {
+  Flown flown{InertialFlight()};
+  flown.imu.mount_is_known = false;
+  flown.imu.cam_from_imu = {Eigen::Quaterniond::Identity(), kCamFromImu.translation()};
+  const InertialAttempt attempt = flown.Align();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  const InertialAlignment& found = *attempt.found;
+  const Eigen::Quaterniond& mount = found.cam_from_imu.rotation();
+  EXPECT_LT(RotationLog(mount.conjugate() * kCamFromImu.rotation()).norm(), 0.3 * kDegree);
+  EXPECT_GT(found.mount_sigma_rad, 0);
+  EXPECT_GT(found.tilt_sigma_rad, found.mount_sigma_rad);
+  EXPECT_NEAR(ScaleError(found), 0, 6e-3);
+  EXPECT_LT(Tilt(found), 0.4 * kDegree);
+}
+
+TEST(InertialAlignment, RefusesAMountThatTurnsDoNotTell) {
+  Flown flown{StraightFlight()};
+  flown.imu.mount_is_known = false;
+  const InertialAttempt attempt = flown.Align();
+  EXPECT_FALSE(attempt.found);
+  EXPECT_THAT(attempt.reason, HasSubstr("how the sensor is mounted"));
+}
+
 TEST(InertialAlignment, TheFirstCameraIsAtTheOriginAndLooksAlongX) {
   const Flown flown{InertialFlight()};
   const InertialAttempt attempt = flown.Align();

@@ -22,14 +22,17 @@ struct InertialOptions {
   double turn_walk_deg_sqrt_s = 0.005;   ///< Random walk of the path's turns.
   double level_walk_deg_sqrt_s = 0.002;  ///< Random walk of the vertical in the path.
   double path_scale_sigma = 0.003;  ///< Error of the whole path's scale that its poses do not show.
+  double uncalibrated_scale_sigma = 0.01;  ///< The same of a sensor whose mount is not stated.
   double max_imu_gap_s = 0.05;      ///< Between samples that are interpolated.
   double max_path_gap_s = 1;        ///< Between poses whose motion is integrated.
   double min_pose_interval_s = 0.045;  ///< Poses that come more often are left out.
   double min_duration_s = 5;           ///< Of path with samples.
   double max_scale_sigma = 0.02;       ///< As a share of the scale.
   double max_tilt_sigma_deg = 1;
-  double max_turn_residual_deg = 0.5;  ///< Between camera and gyroscope, an axis.
-  double max_chi_square = 3;           ///< Of the integrated motions, a degree of freedom.
+  double aligned_mount_sigma_deg = 0.5;  ///< Of an unknown mount along the camera's axes...
+  double max_mount_doubt_deg = 12;       ///< ...taken where turns tell it no worse than this.
+  double max_turn_residual_deg = 0.5;    ///< Between camera and gyroscope, an axis.
+  double max_chi_square = 3;             ///< Of the integrated motions, a degree of freedom.
   double max_gyroscope_bias_rad_s = 0.2;
   double max_accelerometer_bias_m_s2 = 0.35;
   double running_window_s = 20;  ///< Latest part of a path by which it is told while it grows...
@@ -74,6 +77,10 @@ struct InertialOptions {
     visit("path_scale_sigma", path_scale_sigma, "",
           "error of the scale of a whole path that its poses do not show, as a share",
           Between(0, 1));
+    visit("uncalibrated_scale_sigma", uncalibrated_scale_sigma, "",
+          "error of the scale that a sensor's own, not calibrated, brings where not even its mount "
+          "is stated, as a share",
+          Between(0, 1));
     visit("max_imu_gap_s", max_imu_gap_s, "s", "longest gap of samples that is interpolated",
           Above(0, 100));
     visit("max_path_gap_s", max_path_gap_s, "s", "longest gap of poses that is integrated over",
@@ -86,6 +93,12 @@ struct InertialOptions {
           "standard deviation of the scale, as a share, above which nothing is told", Above(0, 1));
     visit("max_tilt_sigma_deg", max_tilt_sigma_deg, "deg", "the same of what is level",
           Above(0, 180));
+    visit("aligned_mount_sigma_deg", aligned_mount_sigma_deg, "deg",
+          "standard deviation of a mount along the camera's axes that is not stated", Above(0, 45));
+    visit("max_mount_doubt_deg", max_mount_doubt_deg, "deg",
+          "standard deviation of an unstated mount by turns alone up to which it is taken to be "
+          "along the camera's axes where it is near them",
+          Between(0, 20));
     visit("max_turn_residual_deg", max_turn_residual_deg, "deg",
           "between the turns of camera and gyroscope, above which the samples do not fit",
           Above(0, 180));

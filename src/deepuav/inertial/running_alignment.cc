@@ -28,7 +28,7 @@ ImuStream SamplesAlong(const Trajectory& path, const ImuStream& imu) {
   const auto at = [&](int64_t time_ns) {
     return std::lower_bound(imu.samples.begin(), imu.samples.end(), time_ns, is_earlier);
   };
-  ImuStream along{imu.source, imu.noise, imu.cam_from_imu, {}};
+  ImuStream along{imu.source, imu.noise, imu.cam_from_imu, {}, imu.mount_is_known};
   along.samples.assign(at(path.front().time.nanoseconds - kBeyond_ns),
                        at(path.back().time.nanoseconds + kBeyond_ns));
   return along;

@@ -141,6 +141,12 @@ std::optional<GnssFix> FixOf(const std::vector<double>& fields, size_t first) {
   return fix;
 }
 
+/// A triaxial sensor's value.
+struct TimedVector {
+  Timestamp time;
+  Eigen::Vector3d value;
+};
+
 class PayloadReader {
  public:
   PayloadReader(Timestamp start, double duration_s) : start_(start), duration_s_(duration_s) {}
@@ -159,12 +165,16 @@ class PayloadReader {
       if (entry->key == "GPSF" && entry->content.size() >= 4)
         state.has_fix = GetBigEndian<uint32_t>(entry->content, 0) != 0;
       if (const auto first = FirstFieldOf(entry->key); first && state.has_fix)
-        Take(*entry, *first, state);
+        TakeFixes(*entry, *first, state);
+      if (entry->key == "GYRO") TakeVectors(*entry, state, &turns_);
+      if (entry->key == "ACCL") TakeVectors(*entry, state, &forces_);
     }
   }
 
   /// By the key of the receiver.
   const std::map<std::string, std::vector<GnssFix>>& fixes() const { return fixes_; }
+  const std::vector<TimedVector>& turns() const { return turns_; }    ///< rad/s
+  const std::vector<TimedVector>& forces() const { return forces_; }  ///< m/s^2
 
  private:
   static std::vector<double> Scales(const Entry& entry) {
@@ -175,20 +185,59 @@ class PayloadReader {
     return scales;
   }
 
-  void Take(const Entry& entry, size_t first, const StreamState& state) {
+  /// Of record `i`: they are spread evenly over the payload's time.
+  Timestamp TimeOf(const Entry& entry, size_t i) const {
+    const double share = static_cast<double>(i) / static_cast<double>(entry.count);
+    return {start_.nanoseconds + std::llround(1e9 * duration_s_ * share)};
+  }
+
+  void TakeVectors(const Entry& entry, const StreamState& state, std::vector<TimedVector>* taken) {
+    for (size_t i = 0; i < entry.count; ++i) {
+      const std::vector<double> fields = Record(entry, i, state);
+      if (fields.size() == 3)
+        taken->push_back({TimeOf(entry, i), Eigen::Vector3d::Map(fields.data())});
+    }
+  }
+
+  void TakeFixes(const Entry& entry, size_t first, const StreamState& state) {
     for (size_t i = 0; i < entry.count; ++i) {
       std::optional<GnssFix> fix = FixOf(Record(entry, i, state), first);
       if (!fix) continue;
-      const double share = static_cast<double>(i) / static_cast<double>(entry.count);
-      fix->time = {start_.nanoseconds + std::llround(1e9 * duration_s_ * share)};
+      fix->time = TimeOf(entry, i);
       fixes_[std::string(entry.key)].push_back(*fix);
     }
   }
 
-  const Timestamp start_;
-  const double duration_s_;
+  Timestamp start_;
+  double duration_s_;
   std::map<std::string, std::vector<GnssFix>> fixes_;
+  std::vector<TimedVector> turns_, forces_;
 };
+
+/// Appends what comes after the last time.
+void AppendLater(const std::vector<TimedVector>& values, std::vector<TimedVector>* all) {
+  for (const TimedVector& value : values) {
+    if (value.value.allFinite() && (all->empty() || all->back().time < value.time))
+      all->push_back(value);
+  }
+}
+
+/// At the times of the turns that lie between two forces.
+std::vector<ImuSample> Joined(const std::vector<TimedVector>& turns,
+                              const std::vector<TimedVector>& forces) {
+  std::vector<ImuSample> samples;
+  size_t next = 0;
+  for (const TimedVector& turn : turns) {
+    while (next < forces.size() && forces[next].time < turn.time) ++next;
+    if (next == forces.size()) break;
+    const TimedVector &after = forces[next], &before = forces[next == 0 ? 0 : next - 1];
+    if (next == 0 && turn.time < after.time) continue;
+    const double between_s = SecondsBetween(before.time, after.time);
+    const double share = between_s > 0 ? SecondsBetween(before.time, turn.time) / between_s : 0;
+    samples.push_back({turn.time, turn.value, (1 - share) * before.value + share * after.value});
+  }
+  return samples;
+}
 
 std::vector<GnssFix> Most(const std::map<std::string, std::vector<GnssFix>>& by_receiver) {
   std::vector<GnssFix> most;
@@ -219,6 +268,28 @@ std::vector<GnssFix> ReadGpmfFixes(const std::filesystem::path& file) {
     }
   }
   return Most(by_receiver);
+}
+
+std::vector<ImuSample> ReadGpmfImu(const std::filesystem::path& file) {
+  std::vector<TimedVector> turns, forces;
+  size_t usual_count = 0;
+  for (const Mp4Sample& sample : ReadMp4Track(file, "gpmd")) {
+    const auto read = [&sample](double duration_s) {
+      PayloadReader reader(sample.start, duration_s);
+      reader.Read(sample.bytes, 0);
+      return reader;
+    };
+    PayloadReader reader = read(sample.duration_s);
+    // Where the recording ends a payload holds less, at the same rate.
+    const size_t count = reader.turns().size();
+    if (count < usual_count / 2)
+      reader =
+          read(sample.duration_s * static_cast<double>(count) / static_cast<double>(usual_count));
+    usual_count = std::max(usual_count, count);
+    AppendLater(reader.turns(), &turns);
+    AppendLater(reader.forces(), &forces);
+  }
+  return Joined(turns, forces);
 }
 
 }  // namespace deepuav

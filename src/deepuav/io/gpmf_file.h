@@ -15,7 +15,12 @@ namespace deepuav {
 /// damaged is left out. Throws Error where the file cannot be read.
 std::vector<GnssFix> ReadGpmfFixes(const std::filesystem::path& file);
 
-/// The same from one payload of the track, which lasts from `start` for `duration_s`.
+/// The inertial samples of a GoPro camera in that track (GYRO and ACCL), on the video's clock and
+/// in the sensor's own axes: at the gyroscope's times, the accelerometer in between. Empty and
+/// Error as above.
+std::vector<ImuSample> ReadGpmfImu(const std::filesystem::path& file);
+
+/// The fixes of one payload of the track, which lasts from `start` for `duration_s`.
 std::vector<GnssFix> ParseGpmfFixes(std::string_view payload, Timestamp start, double duration_s);
 
 }  // namespace deepuav

@@ -16,6 +16,10 @@ class GpmfFileTest : public ::testing::Test {
     folder_.Write("GOPR0001.MP4", bytes);
     return ReadGpmfFixes(folder_.path() / "GOPR0001.MP4");
   }
+  std::vector<ImuSample> ReadImu(const std::string& bytes) {
+    folder_.Write("GOPR0001.MP4", bytes);
+    return ReadGpmfImu(folder_.path() / "GOPR0001.MP4");
+  }
   TemporaryFolder folder_;
 };
 
@@ -44,6 +48,48 @@ TEST_F(GpmfFileTest, OtherFilesHaveNone) {
   EXPECT_TRUE(Read("not a video").empty());
   EXPECT_TRUE(Read("").empty());
   EXPECT_THROW(ReadGpmfFixes(folder_.path() / "absent.mp4"), Error);
+}
+
+TEST_F(GpmfFileTest, InertialSamplesAreTheGyroscopesWithForcesInBetween) {
+  // A second with four turns and two forces, and one whose last turns have no force after them.
+  const auto samples = ReadImu(Mp4WithTrack(
+      "gpmd",
+      {GpmfImuPayload({{1, 2, 3}, {2, 2, 3}, {3, 2, 3}, {4, 2, 3}}, {{10, 0, -1}, {20, 0, -1}}),
+       GpmfImuPayload({{5, 2, 3}, {6, 2, 3}, {7, 2, 3}, {8, 2, 3}}, {{30, 0, -1}})}));
+  ASSERT_EQ(samples.size(), 5u);
+  EXPECT_EQ(samples[1].time.nanoseconds, 250000000);
+  EXPECT_LT((samples[1].angular_velocity - Eigen::Vector3d(2, 2, 3)).norm(), 1e-3);
+  EXPECT_LT((samples[0].specific_force - Eigen::Vector3d(10, 0, -1)).norm(), 1e-2);
+  EXPECT_LT((samples[1].specific_force - Eigen::Vector3d(15, 0, -1)).norm(), 1e-2);
+  EXPECT_LT((samples[3].specific_force - Eigen::Vector3d(25, 0, -1)).norm(), 1e-2);
+  EXPECT_EQ(samples[4].time.nanoseconds, 1000000000);
+}
+
+TEST_F(GpmfFileTest, TheLastInertialSamplesComeAtTheRateOfTheOthers) {
+  const std::vector<std::array<double, 3>> ten(10, {1, 2, 3}), two(2, {1, 2, 3});
+  const auto samples =
+      ReadImu(Mp4WithTrack("gpmd", {GpmfImuPayload(ten, ten), GpmfImuPayload(two, two)}));
+  ASSERT_EQ(samples.size(), 12u);
+  EXPECT_EQ(samples[11].time.nanoseconds, 1100000000);
+}
+
+TEST_F(GpmfFileTest, OneSensorAloneGivesNoInertialSamples) {
+  EXPECT_TRUE(ReadImu(Mp4WithTrack("gpmd", {GpmfImuPayload({{1, 2, 3}}, {})})).empty());
+  EXPECT_TRUE(ReadImu(Mp4WithTrack("gpmd", {GpmfImuPayload({}, {{1, 2, 3}})})).empty());
+  EXPECT_TRUE(ReadImu(Mp4WithTrack("gpmd", {GpmfPayload(47, 8, 1, 3)})).empty());
+  EXPECT_TRUE(ReadImu("not a video").empty());
+}
+
+TEST_F(GpmfFileTest, ARealCamerasInertialSamplesShowGravity) {
+  const auto shared = SharedFolder();
+  if (!shared) GTEST_SKIP() << "no shared data";
+  const auto samples = ReadGpmfImu(*shared / "data/karma/karma.mp4");
+  ASSERT_GT(samples.size(), 4500u);
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : samples)
+    force += sample.specific_force / static_cast<double>(samples.size());
+  EXPECT_NEAR(force.norm(), 9.8, 0.3);
+  EXPECT_NEAR(SecondsBetween(samples.front().time, samples.back().time), 12, 0.3);
 }
 
 TEST_F(GpmfFileTest, ARealDronesTrack) {

@@ -97,6 +97,11 @@ SensorStreams ReadEurocSensors(const fs::path& mav0, const std::optional<SE3>& b
 
 SensorStreams ReadSensorsBesideVideo(const fs::path& video) {
   SensorStreams streams;
+  if (std::vector<ImuSample> samples = ReadGpmfImu(video); !samples.empty()) {
+    streams.imu.source = "GPMF track of " + video.string();
+    streams.imu.samples = std::move(samples);
+    streams.imu.mount_is_known = false;
+  }
   for (const char* ending : {".SRT", ".srt"}) {
     const fs::path file = fs::path(video).replace_extension(ending);
     if (!fs::is_regular_file(file)) continue;

@@ -21,6 +21,7 @@ struct ImuStream {
   ImuNoise noise;      ///< 0: not stated.
   SE3 cam_from_imu;
   std::vector<ImuSample> samples;  ///< By growing time.
+  bool mount_is_known = true;      ///< Else turns must tell the rotation of `cam_from_imu`.
 };
 
 struct GnssStream {

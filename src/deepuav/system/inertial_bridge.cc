@@ -36,13 +36,22 @@ SE3 Between(const SE3& first, const SE3& last, double share) {
           (1 - share) * first.translation() + share * last.translation()};
 }
 
+/// As stated, or as a map told it.
+SE3 MountOf(const ImuStream& imu, const std::map<MapId, InertialAttempt>& attempts) {
+  if (imu.mount_is_known) return imu.cam_from_imu;
+  for (const auto& [map, attempt] : attempts) {
+    if (attempt.found) return attempt.found->cam_from_imu;
+  }
+  return imu.cam_from_imu;
+}
+
 }  // namespace
 
 InertialBridge::InertialBridge(const ImuStream& imu, const InertialOptions& options,
                                PoseOfFrame pose_of_frame,
                                const std::map<MapId, InertialAttempt>& attempts, Mapper* mapper,
                                Atlas* atlas)
-    : cam_from_imu_(imu.cam_from_imu),
+    : cam_from_imu_(MountOf(imu, attempts)),
       options_(options),
       pose_of_frame_(std::move(pose_of_frame)),
       mapper_(mapper),

@@ -38,6 +38,10 @@ std::map<MapId, InertialAttempt> InertialGauge::ApplyToAll(const std::vector<Map
       Log().info("map {} is in metres, to {:.1f} %, and level, to {:.2f} degrees, by its IMU",
                  map.value, 100 * attempt.found->scale_sigma,
                  attempt.found->tilt_sigma_rad * 180 / M_PI);
+      if (!imu_.mount_is_known) {
+        Log().info("how the IMU is mounted is told by the camera's turns, to {:.2f} degrees",
+                   attempt.found->mount_sigma_rad * 180 / M_PI);
+      }
     } else {
       Log().warn("map {} is not in metres by its IMU: {}", map.value, attempt.reason);
     }

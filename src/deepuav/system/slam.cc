@@ -101,7 +101,8 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   {
     std::optional<ReadoutTurns> turns;
     if (camera_.readout_s > 0)
-      turns.emplace(sensors_.imu, options_.sensors.imu.max_imu_gap_s, camera_);
+      turns.emplace(sensors_.imu.mount_is_known ? sensors_.imu : ImuStream{},
+                    options_.sensors.imu.max_imu_gap_s, camera_);
     SequentialFeed sequential(live && !images->KeepsPace() ? &live_images : images,
                               perception_.extractor, &clock_, turns ? &*turns : nullptr);
     std::optional<PrefetchingFeed> prefetching;

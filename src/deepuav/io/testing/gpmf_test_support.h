@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -69,6 +70,27 @@ inline std::string GpmfPayload(double latitude_deg, double longitude_deg, double
                              GpmfEntry("SCAL", 'l', 4, 5, scales) +
                              GpmfEntry("GPS5", 'l', 20, static_cast<size_t>(count), records);
   const std::string nested = GpmfEntry("STRM", '\0', 1, stream.size(), stream);
+  return GpmfEntry("DEVC", '\0', 1, nested.size(), nested);
+}
+
+/// A payload of a GoPro camera's inertial sensor: rad/s and m/s^2.
+inline std::string GpmfImuPayload(const std::vector<std::array<double, 3>>& turns,
+                                  const std::vector<std::array<double, 3>>& forces) {
+  const auto stream = [](const std::string& key, int scale,
+                         const std::vector<std::array<double, 3>>& values) {
+    std::string records;
+    for (const auto& value : values) {
+      for (const double axis : value) {
+        records += BigEndianBytes(
+            static_cast<uint16_t>(static_cast<int16_t>(std::lround(axis * scale))), 2);
+      }
+    }
+    const std::string content =
+        GpmfEntry("SCAL", 's', 2, 1, BigEndianBytes(static_cast<uint64_t>(scale), 2)) +
+        GpmfEntry(key, 's', 6, values.size(), records);
+    return GpmfEntry("STRM", '\0', 1, content.size(), content);
+  };
+  const std::string nested = stream("ACCL", 418, forces) + stream("GYRO", 3755, turns);
   return GpmfEntry("DEVC", '\0', 1, nested.size(), nested);
 }
 
