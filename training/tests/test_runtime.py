@@ -1,4 +1,4 @@
-import importlib.util
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -19,9 +19,8 @@ def exported(tmp_path):
 
 
 def only(monkeypatch, *names):
-    find = importlib.util.find_spec
     monkeypatch.setattr(runtime.importlib.util, "find_spec",
-                        lambda name: find(name) if name in names else None)
+                        lambda name: find_spec(name) if name in names else None)
 
 
 def test_a_network_runs_on_images_of_several_sizes(file):
