@@ -2,7 +2,8 @@
 
     python -m deepuav_training.cache_scenes --config configs/scenes.yaml
 
-Scenes that exist are kept, so the command can be stopped and started again at any time.
+Scenes that exist are kept, so the command can be stopped and started again at any time. `--part 1/2`
+beside `--part 2/2` makes use of two cores.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from deepuav_training.data.terrain import read_height_maps
 from deepuav_training.data.views import load_grey
 from deepuav_training.errors import telling_errors
 from deepuav_training.keypoints import DetectionConfig
-from deepuav_training.label import LabelConfig
+from deepuav_training.label import LabelConfig, part_of
 from deepuav_training.runtime import Network
 from deepuav_training.scene_cache import extract_scene, save_scene, scene_path
 
@@ -101,14 +102,14 @@ def by_turns(photographs: list[Photograph], seed: int) -> list[Photograph]:
     return [queue[turn % len(queue)] for turn in range(max(map(len, queues))) for queue in queues]
 
 
-def cache_scenes(config: CacheConfig) -> int:
-    """Makes the scenes that do not exist yet; returns how many were made."""
+def cache_scenes(config: CacheConfig, numbers: list[int]) -> int:
+    """Makes those scenes that do not exist yet; returns how many were made."""
     claim(config.cache, scene_identity(config) | {
         "networks": [file_digest(file) for file in config.networks]})
     source = SceneSource(config)
     networks = [Network(file, config.threads, config.precision) for file in config.networks]
     start, done = time.monotonic(), 0
-    for index in range(config.count):
+    for index in numbers:
         path = scene_path(config.cache, index)
         if path.exists():
             continue
@@ -129,11 +130,14 @@ def cache_scenes(config: CacheConfig) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", required=True)
+    parser.add_argument("--part", default="1/1", metavar="K/N",
+                        help="every N-th scene from the K-th on (%(default)s: all)")
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s")
     config = load_config(CacheConfig, arguments.config)
     cv2.setNumThreads(config.threads)
-    _LOG.info("%d scenes made in %s", cache_scenes(config), config.cache)
+    count = cache_scenes(config, part_of(list(range(config.count)), arguments.part))
+    _LOG.info("%d scenes made in %s", count, config.cache)
 
 
 if __name__ == "__main__":

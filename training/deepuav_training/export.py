@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import onnx
-import openvino
 import torch
 from torch import nn
 
@@ -20,6 +19,7 @@ from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.models.superpoint_small import count_macs
 from deepuav_training.keypoints import unit_descriptors
 from deepuav_training.onnx_storage import LEAST_VALUES, halve, without_norm
+from deepuav_training.runtime import compiled
 from deepuav_training.train_superpoint import TrainConfig, new_state
 
 _OPSET = 17
@@ -49,15 +49,15 @@ def export_onnx(network: nn.Module, path: Path, in_16_bits: bool = False) -> Non
 
 
 def largest_differences(network: nn.Module, path: Path) -> tuple[float, float]:
-    """Largest difference of logits and of descriptors between torch and OpenVINO in float32."""
-    compiled = openvino.Core().compile_model(str(path), "CPU", {"INFERENCE_PRECISION_HINT": "f32"})
+    """Largest difference of logits and of descriptors between torch and the runtime in float32."""
+    run = compiled(path)
     generator = np.random.default_rng(0)
     worst = np.zeros(2)
     for height, width in _CHECKED_SIZES:
         image = generator.random((1, 1, height, width), dtype=np.float32)
         with torch.no_grad():
             expected = network.eval()(torch.from_numpy(image))
-        found = dict(zip(("logits", "descriptors"), compiled(image).values(), strict=True))
+        found = run({"image": image})
         found["descriptors"] = unit_descriptors(found["descriptors"], axis=1)
         worst = np.maximum(worst, [np.abs(found[name] - value.numpy()).max() for name, value
                                    in zip(("logits", "descriptors"), expected, strict=True)])

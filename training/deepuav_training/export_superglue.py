@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import onnx
-import openvino
 import torch
 
 from deepuav_training.checkpoint import load_checkpoint
@@ -19,6 +18,7 @@ from deepuav_training.errors import TrainingError, telling_errors
 from deepuav_training.export import rounded_to_16_bits
 from deepuav_training.models.superglue import SuperGlue
 from deepuav_training.onnx_storage import halve, note_parameters
+from deepuav_training.runtime import compiled
 from deepuav_training.train_superglue import GlueTrainConfig, new_state
 
 INPUTS = ("keypoints0", "scores0", "descriptors0", "keypoints1", "scores1", "descriptors1")
@@ -65,14 +65,14 @@ def write_matcher(network: torch.nn.Module, dimension: int, path: Path) -> None:
 
 
 def largest_difference(network: SuperGlue, path: Path) -> float:
-    """Between torch and OpenVINO in float32: of probabilities, and of logarithms not small."""
-    compiled = openvino.Core().compile_model(str(path), "CPU", {"INFERENCE_PRECISION_HINT": "f32"})
+    """Between torch and the runtime in float32: of probabilities, and of logarithms not small."""
+    run = compiled(path)
     worst = 0.0
     for seed, counts in enumerate(_CHECKED_COUNTS):
         inputs = random_inputs(counts, network.project.in_features, seed)
         with torch.no_grad():
             expected = network.eval()(*map(torch.from_numpy, inputs)).numpy()
-        found = compiled(dict(zip(INPUTS, inputs, strict=True)))[OUTPUT]
+        found = run(dict(zip(INPUTS, inputs, strict=True)))[OUTPUT]
         likely = np.maximum(expected, found) > _SMALL
         worst = max(worst, float(np.abs(np.exp(found) - np.exp(expected)).max()),
                     float(np.abs(found - expected)[likely].max(initial=0.0)))

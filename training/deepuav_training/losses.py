@@ -38,7 +38,7 @@ def position_loss(logits: torch.Tensor, points: torch.Tensor, nearest: torch.Ten
     probability = F.pixel_shuffle(F.log_softmax(logits, dim=1)[:, :-1], CELL)[:, 0]
     width = probability.shape[2]
     pixels = points.round().long()
-    steps = torch.arange(-reach, reach + 1)
+    steps = torch.arange(-reach, reach + 1, device=points.device)
     rows, columns = pixels[..., 1, None] + steps, pixels[..., 0, None] + steps
     index = (rows[..., :, None] * width + columns[..., None, :]).flatten(2)
     index = torch.where(valid[..., None], index, 0)
@@ -89,7 +89,7 @@ def dual_softmax_loss(a: torch.Tensor, b: torch.Tensor, points_a: torch.Tensor,
         valid: (B, K) bool.
     """
     similarity = a @ b.transpose(1, 2) / temperature
-    other = ~torch.eye(a.shape[1], dtype=torch.bool)
+    other = ~torch.eye(a.shape[1], dtype=torch.bool, device=a.device)
     near_a = (torch.cdist(points_a, points_a) < exclusion_px) & other
     near_b = (torch.cdist(points_b, points_b) < exclusion_px) & other
     absent = ~(valid[:, :, None] & valid[:, None, :])

@@ -5,21 +5,26 @@
 Stopped at any time (SIGINT and SIGTERM write a checkpoint), the same command goes on.
 """
 
+import functools
 import logging
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import torch
+import torch.nn.functional as F
 
 from deepuav_training.cache_identity import check_claim
 from deepuav_training.cache_scenes import CacheConfig, scene_identity
 from deepuav_training.checkpoint import TrainingState
 from deepuav_training.config import check_field, load_config
-from deepuav_training.data.matches import MatchConfig, MatchSample, MatchSource
+from deepuav_training.data.matches import MatchConfig, MatchSource
 from deepuav_training.errors import telling_errors
+from deepuav_training.keypoints import unit_descriptors
 from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
+from deepuav_training.pair_batches import GlueBatch, PairBatches
 from deepuav_training.scene_cache import cached_scenes
 from deepuav_training.training_run import (Objective, RunConfig, finish_run, in_16_bits,
                                            run_arguments, start_run, training_state)
@@ -47,35 +52,26 @@ class GlueTrainConfig(RunConfig):
     """A training run of SuperGlue."""
 
     scenes: tuple = ("configs/scenes.yaml",)  # configurations that scenes were cached with
+    relist_s: float = 0.0  # seconds after which scenes made meanwhile are taken in; 0: never
+    workers: int = 0  # processes that draw pairs; 0: the training's own
     run: str = "runs/superglue"
     network: SuperGlueConfig = field(default_factory=SuperGlueConfig)
     matches: MatchConfig = field(default_factory=MatchConfig)
     losses: GlueLossConfig = field(default_factory=GlueLossConfig)
 
-
-@dataclass(frozen=True)
-class GlueBatch:
-    """B pairs as tensors; each pair of tensors is one of the first and one of the second views."""
-
-    keypoints: tuple[torch.Tensor, torch.Tensor]  # (B, K, 2)
-    scores: tuple[torch.Tensor, torch.Tensor]  # (B, K)
-    descriptors: tuple[torch.Tensor, torch.Tensor]  # (B, K, C)
-    match: tuple[torch.Tensor, torch.Tensor]  # (B, K)
-
-
-def collate(samples: list[MatchSample]) -> GlueBatch:
-    """Stacks samples into a batch."""
-    return GlueBatch(*(
-        tuple(torch.from_numpy(np.stack([getattr(sample, name)[side] for sample in samples]))
-              for side in (0, 1))
-        for name in ("keypoints", "scores", "descriptors", "match")))
+    def check(self, where: str) -> None:
+        super().check(where)
+        for name in ("relist_s", "workers"):
+            value = getattr(self, name)
+            check_field(value >= 0, where, name, value, "at least 0")
 
 
 def losses_of(network: SuperGlue, batch: GlueBatch, config: GlueTrainConfig
               ) -> dict[str, torch.Tensor]:
     """Each loss by name, not yet weighted."""
+    descriptors = [F.normalize(views.float(), dim=2) for views in batch.descriptors]
     inputs = [tensors[side] for side in (0, 1)
-              for tensors in (batch.keypoints, batch.scores, batch.descriptors)]
+              for tensors in (batch.keypoints, batch.scores, descriptors)]
     with in_16_bits(config):
         first, *states = network.states(*inputs)
         assigned = [network.assign(*state) for state in states or [first]]
@@ -83,7 +79,7 @@ def losses_of(network: SuperGlue, batch: GlueBatch, config: GlueTrainConfig
               unmatched_loss(z0, z1, *batch.match, config.losses.mistakable))
              for log, z0, z1 in assigned]
     *earlier, (assignment, unmatched) = pairs
-    layers = [a + u for a, u in earlier] or [torch.zeros(())]
+    layers = [a + u for a, u in earlier] or [assignment.new_zeros(())]
     return {"assignment": assignment, "unmatched": unmatched,
             "earlier": torch.stack(layers).mean()}
 
@@ -94,23 +90,28 @@ def new_state(config: GlueTrainConfig, source: MatchSource | None) -> TrainingSt
     network = SuperGlue(config.network)
     if source is not None:
         seen = [source.draw(number).descriptors for number in range(_PROJECTION_PAIRS)]
-        kept = network.set_projection(torch.from_numpy(np.concatenate(seen).reshape(
-            -1, config.network.descriptor)))
+        kept = network.set_projection(torch.from_numpy(unit_descriptors(np.concatenate(
+            seen).reshape(-1, config.network.descriptor))))
         _LOG.info("the projection keeps %.1f %% of the descriptors' energy", 100 * kept)
     return training_state(network, config)
 
 
 def objective(source: MatchSource, config: GlueTrainConfig) -> Objective:
     """The losses of the source's pairs, each step's being the next ones."""
+    batches = PairBatches(source, config.batch, config.workers, config.device)
 
     def losses(network: torch.nn.Module, step: int) -> dict[str, torch.Tensor]:
-        first = step * config.batch
-        batch = collate([source.draw(first + k) for k in range(config.batch)])
-        return losses_of(network, batch, config)
+        return losses_of(network, batches.at(step), config)
 
     weights = {name: getattr(config.losses, name)
                for name in ("assignment", "unmatched", "earlier")}
     return Objective(losses, weights)
+
+
+def scenes_of(caches: list[CacheConfig]) -> list[Path]:
+    """The files of all caches."""
+    return [path for cache in caches
+            for path in cached_scenes(cache.cache, cache.count, "cache_scenes")]
 
 
 @telling_errors
@@ -121,9 +122,8 @@ def main() -> None:
     caches = [load_config(CacheConfig, file) for file in config.scenes]
     for cache in caches:
         check_claim(cache.cache, scene_identity(cache))
-    scenes = [path for cache in caches
-              for path in cached_scenes(cache.cache, cache.count, "cache_scenes")]
-    source = MatchSource(scenes, config.matches, config.seed)
+    source = MatchSource(functools.partial(scenes_of, caches), config.matches, config.seed,
+                         config.relist_s or math.inf)
     _LOG.info("%d scenes", len(source))
     new = not (Path(config.run) / "checkpoint.pt").exists() and not arguments.init
     state = new_state(config, source if new else None)

@@ -93,6 +93,10 @@ class Batch:
     descriptors: torch.Tensor  # (B, K, C)
     valid: torch.Tensor  # (B, K) bool
 
+    def to(self, device: str) -> "Batch":
+        """The same on a device."""
+        return Batch(*(tensor.to(device) for tensor in vars(self).values()))
+
 
 def collate(samples: list[Sample]) -> Batch:
     """Stacks samples into a batch."""
@@ -150,7 +154,7 @@ def objective(draw: Draw, config: TrainConfig) -> Objective:
 
     def losses(network: torch.nn.Module, step: int) -> dict[str, torch.Tensor]:
         first = step * config.batch
-        batch = collate([draw(first + k) for k in range(config.batch)])
+        batch = collate([draw(first + k) for k in range(config.batch)]).to(config.device)
         return losses_of(network, batch, config)
 
     weights = {name: getattr(config.losses, name)
@@ -163,7 +167,8 @@ def start(path: Path, state: TrainingState, added: tuple, draw: Draw) -> None:
     if path.suffix != ".onnx":
         start_from(path, state, added)
         return
-    images = collate([draw(k) for k in range(_STATISTICS_PAIRS)]).images
+    device = next(state.network.parameters()).device
+    images = collate([draw(k) for k in range(_STATISTICS_PAIRS)]).images.to(device)
     load_exported(path, state.network, images, added)
     state.average.load_state_dict(state.network.state_dict())
 

@@ -21,8 +21,10 @@ from torch import nn
 from deepuav_training.checkpoint import (TrainingState, load_checkpoint, save_checkpoint,
                                          start_from, update_average)
 from deepuav_training.config import check_field
+from deepuav_training.errors import TrainingError
 
 _LOG = logging.getLogger(__name__)
+DEVICES = ("cpu", "cuda")
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,9 @@ class RunConfig:
     run: str = "runs/run"  # folder of the checkpoint and the log
     added: tuple = ()  # beginnings of the names of parameters that a file of --init lacks
     seed: int = 3
+    device: str = "cpu"  # that the network is trained on: cpu or cuda
     threads: int = 1
-    bfloat16: bool = True  # products in 16 bits, where the CPU computes in them
+    bfloat16: bool = True  # products in 16 bits, where the device computes in them
     steps: int = 20000
     batch: int = 8  # pairs of images
     learning_rate: float = 0.003
@@ -53,15 +56,16 @@ class RunConfig:
     log_steps: int = 50
 
     def check(self, where: str) -> None:
+        check_field(self.device in DEVICES, where, "device", self.device, " or ".join(DEVICES))
         check_field(self.steps > 0, where, "steps", self.steps, "at least 1")
         check_field(self.batch > 0, where, "batch", self.batch, "at least 1")
         check_field(0 <= self.warmup < 1, where, "warmup", self.warmup, "a share in [0, 1)")
 
 
 def in_16_bits(config: RunConfig) -> torch.autocast:
-    """Products in bfloat16 if asked for, on CPUs that compute in it: others only emulate it."""
-    return torch.autocast("cpu", torch.bfloat16,
-                          enabled=config.bfloat16 and torch.cpu._is_avx512_bf16_supported())
+    """Products in bfloat16 if asked for, on devices that compute in it: others only emulate it."""
+    able = config.device != "cpu" or torch.cpu._is_avx512_bf16_supported()
+    return torch.autocast(config.device, torch.bfloat16, enabled=config.bfloat16 and able)
 
 
 def training_state(network: nn.Module, config: RunConfig) -> TrainingState:
@@ -89,13 +93,11 @@ def next_moment(clock: str, now: datetime.datetime) -> datetime.datetime:
 
 
 class Pace:
-    """Moves the schedule on: by the number of steps, or so that it ends at a time of the day."""
+    """Moves the schedule on: by the number of steps, or so that it ends at a moment."""
 
-    def __init__(self, steps: int, until: str | None):
-        """`until` as HH:MM; a run bound to the clock cannot be repeated exactly."""
-        self._steps, self._until, self._last = steps, None, time.time()
-        if until:
-            self._until = next_moment(until, datetime.datetime.now()).timestamp()
+    def __init__(self, steps: int, until: float | None):
+        """`until` as time.time() has it; a run bound to the clock cannot be repeated exactly."""
+        self._steps, self._until, self._last = steps, until, time.time()
 
     def advance(self, progress: float) -> float:
         """The schedule's share (0..1) that is done after one more step."""
@@ -154,10 +156,20 @@ def run_arguments(description: str) -> argparse.ArgumentParser:
     parser.add_argument("--init", type=Path, metavar="FILE",
                         help="the weights that a new run starts from: a checkpoint of an earlier "
                              "one, or an exported ONNX file")
-    parser.add_argument("--until", metavar="HH:MM",
-                        help="fit the rest of the schedule to end then, instead of after `steps`")
+    end = parser.add_mutually_exclusive_group()
+    end.add_argument("--until", metavar="HH:MM",
+                     help="fit the rest of the schedule to end then, instead of after `steps`")
+    end.add_argument("--seconds", type=float, metavar="S",
+                     help="the same, so long after the first step")
     parser.add_argument("--pid-file", type=Path, help="where to write the process's number")
     return parser
+
+
+def end_of(arguments: argparse.Namespace) -> float | None:
+    """When the schedule is to end, as time.time() has it; None: after its steps."""
+    if arguments.until:
+        return next_moment(arguments.until, datetime.datetime.now()).timestamp()
+    return None if arguments.seconds is None else time.time() + arguments.seconds
 
 
 def start_run(config: RunConfig, arguments: argparse.Namespace) -> None:
@@ -168,8 +180,11 @@ def start_run(config: RunConfig, arguments: argparse.Namespace) -> None:
                         handlers=[logging.FileHandler(run / "log.txt"), logging.StreamHandler()])
     if arguments.pid_file:
         arguments.pid_file.write_text(f"{os.getpid()}\n")
+    if config.device == "cuda" and not torch.cuda.is_available():
+        raise TrainingError(f"{arguments.config}: device: found cuda, expected cpu, since PyTorch "
+                            "finds no GPU here")
     torch.set_num_threads(config.threads)
-    torch.use_deterministic_algorithms(True)
+    torch.use_deterministic_algorithms(config.device == "cpu")  # slow or missing on a GPU
     torch.manual_seed(config.seed)
 
 
@@ -178,11 +193,13 @@ def finish_run(state: TrainingState, objective: Objective, config: RunConfig,
                start: Callable[[Path, TrainingState, tuple], None] = start_from) -> None:
     """Goes on from the run's checkpoint, or from --init by `start`, to the end of the schedule."""
     checkpoint = Path(config.run) / "checkpoint.pt"
+    for network in (state.network, state.average):
+        network.to(config.device)
     if checkpoint.exists():
         load_checkpoint(checkpoint, state)
     elif arguments.init:
         start(arguments.init, state, tuple(config.added))
         _LOG.info("weights of %s", arguments.init)
     _LOG.info("from step %d", state.step)
-    train(state, objective, config, Pace(config.steps, arguments.until))
+    train(state, objective, config, Pace(config.steps, end_of(arguments)))
     _LOG.info("ended at step %d, %.1f %% of the schedule", state.step, 100 * state.progress)

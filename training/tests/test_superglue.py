@@ -7,6 +7,7 @@ import torch
 import torch.nn.functional as F
 
 from deepuav_training.checkpoint import load_checkpoint, save_checkpoint, start_from
+from deepuav_training.config import from_mapping
 from deepuav_training.data.matches import (MISTAKABLE, UNKNOWN, UNMATCHED, MatchConfig,
                                            MatchSource, make_sample, normalise, preferred_pairs,
                                            similarity_between, true_matches, turned)
@@ -17,9 +18,11 @@ from deepuav_training.matching_losses import assignment_loss, unmatched_loss
 from deepuav_training.models.superglue import SuperGlue, SuperGlueConfig
 from deepuav_training.published_superglue import PublishedSuperGlue
 from deepuav_training.scene_cache import SceneFeatures, cached_scenes, save_scene, scene_path
-from deepuav_training.train_superglue import (GlueTrainConfig, collate, losses_of, new_state,
+from deepuav_training.pair_batches import PairBatches, collate
+from deepuav_training.train_superglue import (GlueTrainConfig, losses_of, new_state,
                                               objective)
-from deepuav_training.training_run import Objective, train_step
+from deepuav_training.training_run import (Objective, finish_run, run_arguments, start_run,
+                                           train_step)
 
 TINY = SuperGlueConfig(descriptor=32, width=16, heads=2, layers=2, hidden=16)
 CONFIG = GlueTrainConfig(network=TINY, batch=4, bfloat16=False, steps=40, learning_rate=0.003,
@@ -45,7 +48,8 @@ def tiny_scene(seed, views=3, count=16):
 def tiny_source(tmp_path):
     for index in range(3):
         save_scene(scene_path(tmp_path / "scenes", index), tiny_scene(index))
-    return MatchSource(cached_scenes(tmp_path / "scenes", 5, "cache_scenes"), CONFIG.matches, seed=1)
+    return MatchSource(lambda: cached_scenes(tmp_path / "scenes", 5, "cache_scenes"), CONFIG.matches,
+                       seed=1)
 
 
 def torch_inputs(counts, seed=0):
@@ -107,6 +111,32 @@ def test_samples_repeat_and_keep_their_rows_together(source):
     assert not np.array_equal(first.keypoints, source.draw(8).keypoints)
 
 
+def test_batches_are_the_same_whoever_draws_them(source):
+    own, others = PairBatches(source, 2), PairBatches(source, 2, workers=2)
+    for step in (0, 1, 2, 7, 8):  # one after another, and after a jump
+        for a, b in zip(vars(own.at(step)).values(), vars(others.at(step)).values(), strict=True):
+            assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
+    assert torch.equal(own.at(1).keypoints[0][0], torch.from_numpy(source.draw(2).keypoints[0]))
+
+
+def test_some_batches_have_more_points(tmp_path):
+    save_scene(scene_path(tmp_path, 0), tiny_scene(0))
+    config = MatchConfig(points=6, more_points=14, more_share=0.5, least_matches=1)
+    batches = PairBatches(MatchSource(lambda: cached_scenes(tmp_path, 1, ""), config, seed=1), 2)
+    counts = [batches.at(step).scores[0].shape[1] for step in range(20)]
+    assert set(counts) == {6, 14}
+    assert counts == [batches.at(step).scores[0].shape[1] for step in range(20)]
+
+
+@pytest.mark.parametrize("relist_s,expected", [(np.inf, 1), (-1.0, 2)])
+def test_scenes_made_meanwhile_are_taken_in_if_asked_for(tmp_path, relist_s, expected):
+    save_scene(scene_path(tmp_path, 0), tiny_scene(0))
+    source = MatchSource(lambda: cached_scenes(tmp_path, 2, ""), CONFIG.matches, 1, relist_s)
+    save_scene(scene_path(tmp_path, 1), tiny_scene(1))
+    source.draw(0)
+    assert len(source) == expected
+
+
 def scene_of_turns(angles_deg, scales):
     """Views of the same points, turned and scaled about the middle."""
     rng = np.random.default_rng(4)
@@ -139,9 +169,9 @@ def test_pairs_of_the_kind_that_is_drawn_come_first(step, turned_far, expected):
 
 def test_the_best_key_points_are_taken_unless_a_choice_is_drawn():
     scene, rng = tiny_scene(1), np.random.default_rng(3)
-    best = make_sample(scene, 0, 1, MatchConfig(points=6, random_share=0), rng)
+    best = make_sample(scene, 0, 1, MatchConfig(random_share=0), rng, 6)
     np.testing.assert_array_equal(best.scores, scene.scores[:2, :6])
-    other = make_sample(scene, 0, 1, MatchConfig(points=6, random_share=1), rng)
+    other = make_sample(scene, 0, 1, MatchConfig(random_share=1), rng, 6)
     assert not np.array_equal(other.scores, best.scores)
 
 
@@ -246,6 +276,33 @@ def test_training_finds_matches_and_what_has_none(source):
         last = train_step(state, fixed, CONFIG)
     assert last["assignment"] < 0.6 * first["assignment"]
     assert last["unmatched"] < 0.6 * first["unmatched"]
+
+
+def test_a_device_that_is_not_there_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    config = replace(CONFIG, run=str(tmp_path), device="cuda")
+    with pytest.raises(TrainingError, match="run.yaml: device: found cuda, expected cpu"):
+        start_run(config, run_arguments("").parse_args(["--config", "run.yaml"]))
+
+
+@pytest.mark.parametrize("tree,message", [
+    ({"device": "gpu"}, "device: found 'gpu', expected cpu or cuda"),
+    ({"workers": -1}, "workers: found -1, expected at least 0"),
+    ({"matches": {"more_share": 0.5}}, "more_points: found 0, expected at least 1"),
+])
+def test_impossible_runs_are_refused(tree, message):
+    with pytest.raises(TrainingError, match=message):
+        from_mapping(GlueTrainConfig, tree, "run")
+
+
+def test_a_schedule_ends_after_so_many_seconds(source, tmp_path):
+    config = replace(CONFIG, run=str(tmp_path), steps=10**6)
+    arguments = run_arguments("").parse_args(["--config", "run.yaml", "--seconds", "0.5"])
+    state = new_state(config, source)
+    finish_run(state, objective(source, config), config, arguments)
+    assert state.progress == 1 and 0 < state.step < 10**6
+    with pytest.raises(SystemExit):
+        run_arguments("").parse_args(["--config", "c", "--seconds", "5", "--until", "12:00"])
 
 
 def test_training_resumes_exactly(source, tmp_path):

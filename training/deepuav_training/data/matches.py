@@ -1,13 +1,14 @@
 """Pairs of views as the matcher sees them in training, with what is true of their key points."""
 
 import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from deepuav_training.config import check_field
-from deepuav_training.keypoints import unit_descriptors
 from deepuav_training.scene_cache import SceneFeatures, load_scene
 
 UNMATCHED = -1  # no key point of the other view shows the same
@@ -24,6 +25,8 @@ class MatchConfig:
     """How pairs are drawn from scenes."""
 
     points: int = 320  # of a view
+    more_points: int = 0  # of a view of some batches
+    more_share: float = 0.0  # of those batches
     random_share: float = 0.2  # pairs with a random choice of the key points, not the best
     match_px: float = 2.0  # key points that lie no farther apart show the same
     apart_px: float = 5.0  # those without another within this have no match
@@ -39,7 +42,9 @@ class MatchConfig:
                     "0 < match_px <= apart_px")
         check_field(self.mistakable_px == 0 or self.mistakable_px > self.apart_px, where,
                     "mistakable_px", self.mistakable_px, "0 or more than apart_px")
-        for name in ("random_share", "step_share", "turned_share", "upside_share"):
+        check_field(self.more_points > 0 or self.more_share == 0, where, "more_points",
+                    self.more_points, "at least 1, where more_share is not 0")
+        for name in ("more_share", "random_share", "step_share", "turned_share", "upside_share"):
             value = getattr(self, name)
             check_field(0 <= value <= 1, where, name, value, "a share in [0, 1]")
         check_field(self.step_share + self.turned_share <= 1, where, "turned_share",
@@ -52,7 +57,7 @@ class MatchSample:
 
     keypoints: np.ndarray  # (2, K, 2) float32, as the network takes them
     scores: np.ndarray  # (2, K) float32
-    descriptors: np.ndarray  # (2, K, C) float32
+    descriptors: np.ndarray  # (2, K, C) of any length; int8, of a cached scene
     match: np.ndarray  # (2, K) int64: index in the other view, UNMATCHED, UNKNOWN or MISTAKABLE
 
 
@@ -69,12 +74,13 @@ def true_matches(points0: np.ndarray, points1: np.ndarray, seen0: np.ndarray, se
         points0: (N, 2) in view 0; points1: (M, 2) in view 1.
         seen0: (N, 2), where view 1 shows points0, NaN where it does not; seen1: (M, 2).
     """
-    from0, from1 = _distance(seen0, points1), _distance(seen1, points0)
-    distance = np.maximum(from0, from1.T)
-    best0, best1 = distance.argmin(axis=1), distance.argmin(axis=0)
-    mutual = best1[best0] == np.arange(len(points0))
-    matched = mutual & (distance.min(axis=1) <= config.match_px)
-    match0, match1 = (_without_match(distances.min(axis=1), config) for distances in (from0, from1))
+    from0, from1 = _squared_distance(seen0, points1), _squared_distance(seen1, points0)
+    squared = np.maximum(from0, from1.T)
+    best0, best1 = squared.argmin(axis=1), squared.argmin(axis=0)
+    rows = np.arange(len(points0))
+    matched = (best1[best0] == rows) & (squared[rows, best0] <= config.match_px**2)
+    match0, match1 = (_without_match(np.sqrt(distances.min(axis=1)), config)
+                      for distances in (from0, from1))
     match0[matched] = best0[matched]
     match1[best0[matched]] = np.flatnonzero(matched)
     return match0, match1
@@ -86,31 +92,54 @@ def _without_match(nearest: np.ndarray, config: MatchConfig) -> np.ndarray:
                      [UNKNOWN, MISTAKABLE], UNMATCHED)
 
 
-def _distance(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _squared_distance(seen: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(N, M) between where points are seen (N, 2) and points (M, 2); infinite for NaN."""
+    seen = np.where(np.isnan(seen), np.inf, seen)
     x, y = (seen[:, axis, None] - points[None, :, axis] for axis in (0, 1))
-    return np.where(np.isnan(seen[:, :1]), np.inf, np.sqrt(x * x + y * y))
+    x *= x
+    y *= y
+    x += y
+    return x
 
 
 class MatchSource:
     """Draws pairs; a pair depends on the seed, its running number and the scenes alone."""
 
-    def __init__(self, scenes: list[Path], config: MatchConfig, seed: int):
-        """`scenes` are files of save_scene."""
-        self._paths = scenes
+    def __init__(self, list_scenes: Callable[[], list[Path]], config: MatchConfig, seed: int,
+                 relist_s: float = math.inf):
+        """`list_scenes` gives files of save_scene: once, or again after so many seconds."""
+        self._list, self._relist_s = list_scenes, relist_s
         self._config, self._seed = config, seed
+        self._take_scenes()
 
     def __len__(self) -> int:
         return len(self._paths)
 
-    def draw(self, number: int) -> MatchSample:
-        """The pair of this running number: each scene gives one, then all again."""
+    def _take_scenes(self) -> None:
+        self._paths, self._listed = self._list(), time.monotonic()
+
+    def points_of_batch(self, step: int) -> int:
+        """How many key points the views of a batch have."""
+        c = self._config
+        more = np.random.default_rng([self._seed, step, 1]).random() < c.more_share
+        return c.more_points if more else c.points
+
+    def draw(self, number: int, points: int | None = None) -> MatchSample:
+        """The pair of this running number: each scene gives one, then all again.
+
+        Args:
+            number: from 0.
+            points: of a view, if not as the configuration says.
+        """
+        if time.monotonic() - self._listed > self._relist_s:
+            self._take_scenes()
+        count = points or self._config.points
         epoch, place = divmod(number, len(self._paths))
         order = np.random.default_rng([self._seed, epoch]).permutation(len(self._paths))
         scene = load_scene(self._paths[order[place]])
         rng = np.random.default_rng([self._seed, number])
         for a, b in preferred_pairs(scene, self._config, rng):
-            sample = make_sample(scene, a, b, self._config, rng)
+            sample = make_sample(scene, a, b, self._config, rng, count)
             if (sample.match[0] >= 0).sum() >= self._config.least_matches:
                 break
         return sample
@@ -151,10 +180,10 @@ def is_turned(similarity: complex) -> bool:
 
 
 def make_sample(scene: SceneFeatures, a: int, b: int, config: MatchConfig,
-                rng: np.random.Generator) -> MatchSample:
-    """Views a and b, of each the best key points, or sometimes a random choice of them."""
+                rng: np.random.Generator, count: int) -> MatchSample:
+    """Views a and b, of each the `count` best key points, or sometimes a random choice of them."""
     total = scene.points.shape[1]
-    count = min(config.points, total)
+    count = min(count, total)
     if rng.random() < config.random_share:
         chosen = [rng.permutation(total)[:count] for _ in range(2)]
     else:
@@ -167,8 +196,8 @@ def make_sample(scene: SceneFeatures, a: int, b: int, config: MatchConfig,
     return MatchSample(
         np.stack([turned(p, turn) for p, turn in zip(shown, turns, strict=True)]),
         np.stack([scene.scores[view, rows] for view, rows in zip((a, b), chosen, strict=True)]),
-        unit_descriptors(np.stack([scene.descriptors[view, rows]
-                                   for view, rows in zip((a, b), chosen, strict=True)])),
+        np.stack([scene.descriptors[view, rows]
+                  for view, rows in zip((a, b), chosen, strict=True)]),
         np.stack(match))
 
 

@@ -5,6 +5,7 @@ World axes: x and y along the floor, z down; the floor is at z = 0. Lengths are 
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -20,6 +21,13 @@ _DIRECTIONS = 4  # of which the one with the longest view is taken
 _DARKEST, _BRIGHTEST = 0.5, 1.1  # light of a face
 
 Side = tuple[np.ndarray, np.ndarray, np.ndarray]  # a corner and two edges, each (3,)
+
+
+class Textures(Protocol):
+    """Of a configuration, what decides over a face's texture."""
+
+    texture_px_m: tuple  # pixels of a texture a metre
+    contrast_min: float  # of a texture, as a share of its photograph's
 
 
 @dataclass(frozen=True)
@@ -113,14 +121,14 @@ def make_room(photo: np.ndarray, paint: np.ndarray, rng: np.random.Generator,
     hull = Box(np.array([0, 0, -0.5 * size[2]]), 0.5 * size, 0.0)
     count = rng.integers(config.boxes[0], config.boxes[1] + 1)
     boxes = [_draw_box(hull, rng, config) for _ in range(count)]
-    faces = [_textured(side, (photo, paint), rng, config)
+    faces = [textured(side, (photo, paint), rng, config)
              for box in (hull, *boxes) for side in box.sides()]
     return Room(hull, boxes, faces, (photo, paint))
 
 
 def moving_faces(room: Room, rng: np.random.Generator, config: RoomConfig) -> list[Face]:
     """Faces of boxes that are there at one moment only."""
-    return [_textured(side, room.photographs, rng, config, moving=True)
+    return [textured(side, room.photographs, rng, config, moving=True)
             for _ in range(rng.integers(0, config.moving_max + 1))
             for side in _draw_box(room.hull, rng, config).sides()]
 
@@ -133,8 +141,8 @@ def _draw_box(hull: Box, rng: np.random.Generator, config: RoomConfig) -> Box:
     return Box(np.array([*place, -half[2] - raised]), half, rng.uniform(0, math.pi))
 
 
-def _textured(side: Side, photographs: tuple[np.ndarray, np.ndarray], rng: np.random.Generator,
-              config: RoomConfig, moving: bool = False) -> Face:
+def textured(side: Side, photographs: tuple[np.ndarray, np.ndarray], rng: np.random.Generator,
+             config: Textures, moving: bool = False) -> Face:
     """A piece of one of the photographs on a side, at a random scale, contrast and light."""
     photo = photographs[rng.integers(2)]
     full = photo.shape[::-1]

@@ -14,6 +14,8 @@ from deepuav_training.data.render import (Camera, Rendering, render, visible_poi
                                           world_points)
 from deepuav_training.data.rooms import (RoomConfig, camera_at, draw_viewpoint, make_room,
                                          moving_faces, other_viewpoint)
+from deepuav_training.data.streets import (StreetConfig, draw_look, make_street, next_look,
+                                           passing_faces)
 from deepuav_training.data.terrain import (TerrainConfig, draw_pose, look_at, make_terrain,
                                            near_pose, with_moving_things)
 
@@ -34,18 +36,22 @@ class SceneConfig:
     width: int = 480  # pixels of a view
     height: int = 360
     flat_share: float = 0.4  # scenes that are a photograph seen by homographies
-    room_share: float = 0.0  # scenes that are a room or hall; the rest are terrains from above
+    room_share: float = 0.0  # scenes that are a room or hall
+    street_share: float = 0.0  # scenes that are a street; the rest are terrains from above
     near_share: float = 0.4  # of a flat scene's views that are a small step from another
     view: HomographyConfig = _VIEW  # of a flat scene's views, from the photograph
     step: HomographyConfig = _STEP
     terrain: TerrainConfig = field(default_factory=TerrainConfig)
     room: RoomConfig = field(default_factory=RoomConfig)
+    street: StreetConfig = field(default_factory=StreetConfig)
     photometric: PhotometricConfig = field(default_factory=PhotometricConfig)
 
     def check(self, where: str) -> None:
         check_field(self.views >= 2, where, "views", self.views, "at least 2")
-        check_field(0 <= self.flat_share <= 1 - self.room_share <= 1, where, "room_share",
-                    self.room_share, "a share of at most 1 - flat_share")
+        for name, others in (("room_share", self.flat_share),
+                             ("street_share", self.flat_share + self.room_share)):
+            check_field(0 <= getattr(self, name) <= 1 - others <= 1, where, name,
+                        getattr(self, name), "a share of at most what the ones before leave")
         for name in ("width", "height"):
             side = getattr(self, name)
             check_field(side > 0 and side % 8 == 0, where, name, side, "a positive multiple of 8")
@@ -67,6 +73,8 @@ def make_scene(photo: np.ndarray, paint: np.ndarray, maps: list[np.ndarray],
         scene = flat_scene(photo, rng, config)
     elif kind < config.flat_share + config.room_share:
         scene = room_scene(photo, paint, rng, config)
+    elif kind < config.flat_share + config.room_share + config.street_share:
+        scene = street_scene(photo, paint, rng, config)
     else:
         scene = terrain_scene(photo, paint, maps, rng, config)
     return Scene([degrade(image, rng, config.photometric) for image in scene.images],
@@ -125,6 +133,21 @@ def room_scene(photo: np.ndarray, paint: np.ndarray, rng: np.random.Generator,
     focal = rng.uniform(*c.focal) * config.width
     cameras = [camera_at(view, focal, config.width, config.height) for view in views]
     renderings = [render_faces(room.faces + moving_faces(room, rng, c), camera)
+                  for camera in cameras]
+    return rendered_scene(renderings, cameras)
+
+
+def street_scene(photo: np.ndarray, paint: np.ndarray, rng: np.random.Generator,
+                 config: SceneConfig) -> Scene:
+    """Views along a street, each of nearly the same as an earlier one."""
+    c = config.street
+    street = make_street(photo, paint, rng, c)
+    views = [draw_look(street, rng, c)]
+    while len(views) < config.views:
+        views.append(next_look(views[rng.integers(len(views))], street, rng, c))
+    focal = rng.uniform(*c.focal) * config.width
+    cameras = [camera_at(view, focal, config.width, config.height) for view in views]
+    renderings = [render_faces(street.place.faces + passing_faces(street, rng, c), camera)
                   for camera in cameras]
     return rendered_scene(renderings, cameras)
 
