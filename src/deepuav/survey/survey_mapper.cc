@@ -160,6 +160,38 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
   return built;
 }
 
+/// Photographs of which others say more against their place than for it are taken out and placed by
+/// what these say.
+void SurveyMapper::PlaceAgain(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                              const std::function<bool()>& stop, BuiltSurvey* built) {
+  constexpr int kMostRounds = 3;
+  const PairJudge judge = JudgeOfPairs();
+  for (int round = 0; round < kMostRounds && !(stop && stop()); ++round) {
+    const std::vector<int> misplaced = judge.Misplaced(pairs, *built);
+    if (misplaced.empty()) return;
+    std::vector<MatchedPair> others = *pairs, holding;
+    judge.SetHoldingAside(misplaced, *built, &others, &holding);
+    BuiltSurvey again = *built;
+    for (const int view : misplaced) again.state.cam_from_world[static_cast<size_t>(view)].reset();
+    GrowFurther(taken, others, stop, &again);
+    const double before = judge.Agreement(pairs, *built), now = judge.Agreement(pairs, again);
+    Log().debug(
+        "with {} photographs placed again by those that contradict them the map agrees with {:.0f} "
+        "instead of {:.0f}",
+        misplaced.size(), now, before);
+    if (now <= before) return;
+    std::ranges::copy_if(holding, std::back_inserter(others),
+                         [&](const MatchedPair& pair) { return judge.IsExplained(pair, again); });
+    *pairs = std::move(others);
+    *built = std::move(again);
+    {
+      const StageScope stage(stages_, "match pairs");
+      MatchOverlaps(*built, pairs, stop);
+    }
+    GrowFurther(taken, *pairs, stop, built);
+  }
+}
+
 /// What looks alike may hold photographs where they don't belong, against the matches with those
 /// that they do overlap. The map is then made again without such matches, and kept if it agrees
 /// with more of what the pairs say.
@@ -167,6 +199,7 @@ void SurveyMapper::ResolveContradictions(const std::set<int>& taken,
                                          std::vector<MatchedPair>* pairs,
                                          const std::function<bool()>& stop, BuiltSurvey* built) {
   constexpr int kMostRounds = 4;
+  PlaceAgain(taken, pairs, stop, built);
   const PairJudge judge = JudgeOfPairs();
   if (judge.Doubtful(pairs, *built).empty()) return;
   std::vector<MatchedPair> trusted = *pairs, suspected;
