@@ -9,6 +9,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/survey/overlap.h"
 #include "deepuav/survey/reduced_views.h"
+#include "deepuav/survey/survey_joining.h"
 #include "deepuav/survey/survey_map.h"
 #include "deepuav/survey/survey_start.h"
 
@@ -150,14 +151,43 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
       pairs->resize(as_they_are);
     }
   }
-  constexpr int kMostRounds = 3;
-  int before = 0;
-  for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
-    before = built.state.ViewCount();
-    match([&] { MatchOverlaps(built, pairs, stop); });
-    GrowFurther(taken, *pairs, stop, &built);
-  }
+  do {
+    constexpr int kMostRounds = 3;
+    int before = 0;
+    for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
+      before = built.state.ViewCount();
+      match([&] { MatchOverlaps(built, pairs, stop); });
+      GrowFurther(taken, *pairs, stop, &built);
+    }
+  } while (Join(taken, *pairs, stop, &built));
   return built;
+}
+
+/// Maps of photographs that stayed outside, where most of what leads from them to the map agrees.
+bool SurveyMapper::Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
+                        const std::function<bool()>& stop, BuiltSurvey* built) {
+  const StageScope stage(stages_, "grow map");
+  const auto joined = JoinOutside(*built, pairs, taken, camera_.width, options_, stop);
+  if (!joined) return false;
+  SurveyGrowth growth(&built->tracks, &px_, built->state.lens, options_);
+  growth.Resume(*joined);
+  growth.Settle(stop);
+  BuiltSurvey both = *built;
+  both.state = growth.state();
+  const PairJudge judge = JudgeOfPairs();
+  ptrdiff_t leading = 0, explained = 0;  // Matches.
+  for (const MatchedPair& pair : pairs) {
+    const bool leads = built->state.Has(pair.a) != built->state.Has(pair.b) &&
+                       both.state.Has(pair.a) && both.state.Has(pair.b);
+    if (!leads) continue;
+    leading += std::ssize(pair.matches);
+    if (judge.IsExplained(pair, both)) explained += std::ssize(pair.matches);
+  }
+  Log().debug("{} photographs outside join the map, which explains {} of {} matches with it",
+              both.state.ViewCount() - built->state.ViewCount(), explained, leading);
+  if (2 * explained <= leading) return false;
+  *built = std::move(both);
+  return true;
 }
 
 /// Photographs of which others say more against their place than for it are taken out and placed by
