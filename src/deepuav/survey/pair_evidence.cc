@@ -209,6 +209,29 @@ double PairJudge::Agreement(std::vector<MatchedPair>* pairs, const BuiltSurvey& 
 std::vector<int> PairJudge::Doubtful(std::vector<MatchedPair>* pairs,
                                      const BuiltSurvey& map) const {
   constexpr double kDoubtfulRatio = 0.1;
+  return Contradicted(kDoubtfulRatio, pairs, map);
+}
+
+std::vector<int> PairJudge::Misplaced(std::vector<MatchedPair>* pairs,
+                                      const BuiltSurvey& map) const {
+  return Contradicted(1, pairs, map);
+}
+
+void PairJudge::SetHoldingAside(const std::vector<int>& views, const BuiltSurvey& map,
+                                std::vector<MatchedPair>* pairs,
+                                std::vector<MatchedPair>* holding) const {
+  const std::set<int> among(views.begin(), views.end());
+  const auto holds = [&](const MatchedPair& pair) {
+    return among.contains(pair.a) != among.contains(pair.b) && IsExplained(pair, map);
+  };
+  std::vector<MatchedPair> others;
+  for (MatchedPair& pair : *pairs) (holds(pair) ? *holding : others).push_back(std::move(pair));
+  *pairs = std::move(others);
+}
+
+/// Against which more is said than `ratio` of what is said for them.
+std::vector<int> PairJudge::Contradicted(double ratio, std::vector<MatchedPair>* pairs,
+                                         const BuiltSurvey& map) const {
   const std::vector<size_t> contradicting = Contradicting(pairs, map);
   if (contradicting.empty()) return {};
   struct Said {
@@ -223,12 +246,12 @@ std::vector<int> PairJudge::Doubtful(std::vector<MatchedPair>* pairs,
     if (IsExplained(pair, map)) add(&pair, &Said::for_it);
   }
   for (const size_t i : contradicting) add(&(*pairs)[i], &Said::against_it);
-  std::vector<int> doubtful;
+  std::vector<int> contradicted;
   for (size_t v = 0; v < of_view.size(); ++v) {
-    if (of_view[v].against_it > kDoubtfulRatio * of_view[v].for_it)
-      doubtful.push_back(static_cast<int>(v));
+    if (of_view[v].against_it > ratio * of_view[v].for_it)
+      contradicted.push_back(static_cast<int>(v));
   }
-  return doubtful;
+  return contradicted;
 }
 
 }  // namespace deepuav

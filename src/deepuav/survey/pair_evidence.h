@@ -43,6 +43,11 @@ class PairJudge {
   double Agreement(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
   /// Views of which the pairs that contradict the map say much beside the others.
   std::vector<int> Doubtful(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
+  /// Views of which these pairs say more than all others.
+  std::vector<int> Misplaced(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
+  /// Takes those out of the pairs that hold one of `views` where the map has it.
+  void SetHoldingAside(const std::vector<int>& views, const BuiltSurvey& map,
+                       std::vector<MatchedPair>* pairs, std::vector<MatchedPair>* holding) const;
 
  private:
   const Eigen::Vector2d& PixelOf(int view, int keypoint) const {
@@ -52,6 +57,8 @@ class PairJudge {
                         const SurveyState& state) const;
   double CoverageOf(MatchedPair* pair) const;
   double WeightOf(MatchedPair* pair) const;
+  std::vector<int> Contradicted(double ratio, std::vector<MatchedPair>* pairs,
+                                const BuiltSurvey& map) const;
 
   const std::vector<SurveyView>& views_;
   const ViewPixels& px_;

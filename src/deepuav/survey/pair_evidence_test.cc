@@ -149,5 +149,116 @@ TEST_F(AlikeRoofs, ThatStayOnTopOfOneAnotherAreCalledDoubtful) {
   EXPECT_FALSE(outcome.doubtful.empty());
 }
 
+/// A line of photographs over thinly textured ground; three of them show a roof, and one far from
+/// it shows another one that looks just like it, as from above the first, with more on it than all
+/// the ground around.
+class MisleadingRoof : public ::testing::Test {
+ protected:
+  static constexpr int kMisled = 6;
+
+  MisleadingRoof() : world_(Ground(), 2) {
+    Random random(5);
+    for (const double y : {-5.0, 0.0, 5.0}) poses_.push_back(Above(0, y, &random));
+    for (int i = 1; i < 8; ++i) poses_.push_back(Above(kAlongM * i, 0, &random));
+    for (const SE3& pose : poses_) {
+      SurveyView view;
+      view.frame.id = {static_cast<int64_t>(views_.size())};
+      view.frame.time = {static_cast<int64_t>(views_.size()) * 1000000000};
+      view.frame.features = world_.View(pose, {0.4, 0.2, 0, 30}, &random).features;
+      views_.push_back(std::move(view));
+    }
+    AddRoofTo(kMisled, Above(3, 3, &random), &random);
+    options_.sequence_neighbours = static_cast<int>(poses_.size());
+    options_.suspect_coverage = 0;  // nothing is set aside for being matched in parts
+  }
+
+  static SE3 Above(double x, double y, Random* random) {
+    return Perturbed(LookDown({x, y, kHeightM}, M_PI / 2), 0.5, 0.05, random);
+  }
+
+  static SyntheticWorld Ground() {
+    Random random(1);
+    SyntheticWorld geometry;
+    std::vector<Eigen::Vector3d>& all = geometry.landmarks_world;
+    for (int i = 0; i < kOnRoof; ++i) {
+      const double x = random.Uniform(-kRoofM, kRoofM), y = random.Uniform(-kRoofM, kRoofM);
+      all.emplace_back(x, y, 8 - 0.4 * std::max(std::abs(x), std::abs(y)));
+    }
+    const auto ground = LandmarksOnGround(1800, {-50, -45}, {kAlongM * 8 + 40, 45}, 2, &random);
+    all.insert(all.end(), ground.begin(), ground.end());
+    return geometry;
+  }
+
+  void AddRoofTo(int view, const SE3& as_from, Random* random) {
+    SurveyView& misled = views_[static_cast<size_t>(view)];
+    Features both = *misled.frame.features;
+    const SyntheticView roof = world_.View(as_from, {0.4, 0.2, 0, 0}, random);
+    for (int i = 0; i < roof.features->size(); ++i) {
+      const auto at = static_cast<size_t>(i);
+      if (roof.landmark[at] >= kOnRoof) continue;
+      both.keypoints.push_back(roof.features->keypoints[at]);
+      both.descriptors.AppendFrom(roof.features->descriptors, i);
+    }
+    misled.frame.features = std::make_shared<const Features>(std::move(both));
+  }
+
+  static constexpr double kAlongM = 12;
+  FeatureWorld world_;
+  std::vector<SE3> poses_;
+  std::vector<SurveyView> views_;
+  SurveyOptions options_;
+  NearestNeighbourMatcher matcher_{{}};
+};
+
+TEST_F(MisleadingRoof, APhotographThatItHoldsElsewhereIsPlacedAgain) {
+  const SurveyOutcome outcome =
+      SurveyMapper(world_.camera(), 0, options_, {&matcher_}, nullptr).Run(views_);
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  std::vector<Eigen::Vector3d> found, truth;
+  for (size_t v = 0; v < poses_.size(); ++v) {
+    const SurveyOutcome::Place& place = outcome.places[v];
+    ASSERT_TRUE(place.map.valid()) << v;
+    found.push_back(
+        outcome.atlas.At(place.map).At(place.keyframe).cam_from_world.InverseTranslation());
+    truth.push_back(poses_[v].InverseTranslation());
+  }
+  const auto truth_from_found = Align(found, truth, AlignmentKind::kSimilar);
+  ASSERT_TRUE(truth_from_found);
+  for (size_t v = 0; v < found.size(); ++v)
+    EXPECT_LT((*truth_from_found * found[v] - truth[v]).norm(), 0.5) << v;
+  EXPECT_TRUE(outcome.doubtful.empty());
+}
+
+TEST_F(MisleadingRoof, ViewsOfWhichMoreIsSaidAgainstTheirPlaceAreMisplaced) {
+  std::vector<PairCandidate> every;
+  const auto count = static_cast<int>(views_.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) every.push_back({a, b, 0, 0});
+  }
+  std::vector<MatchedPair> pairs =
+      PairMatching(&views_, &matcher_, nullptr, options_).Match(every, nullptr);
+  ViewPixels px;
+  Tracks none;
+  for (const SurveyView& view : views_) {
+    std::vector<SightPixel>& of_view = px.emplace_back();
+    for (const Keypoint& keypoint : view.frame.features->keypoints)
+      of_view.push_back({keypoint.px.cast<double>()});
+    none.of_keypoint.emplace_back();
+  }
+  SurveyLens lens;
+  lens.camera.pinhole = world_.camera().pinhole;
+  BuiltSurvey map{none, SurveyState(none, views_.size(), lens), px};
+  for (size_t v = 0; v < poses_.size(); ++v) map.state.cam_from_world[v] = poses_[v];
+  const PairJudge judge(views_, px, kSize, options_);
+  EXPECT_TRUE(judge.Misplaced(&pairs, map).empty());
+  map.state.cam_from_world[kMisled] = LookDown({3, 3, kHeightM}, M_PI / 2);
+  const std::vector<int> misplaced = {kMisled};
+  EXPECT_EQ(judge.Misplaced(&pairs, map), misplaced);
+  std::vector<MatchedPair> holding;
+  judge.SetHoldingAside(misplaced, map, &pairs, &holding);
+  EXPECT_FALSE(holding.empty());
+  for (const MatchedPair& pair : holding) EXPECT_TRUE(pair.a < kMisled - 1 && pair.b == kMisled);
+}
+
 }  // namespace
 }  // namespace deepuav

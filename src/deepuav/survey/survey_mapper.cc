@@ -9,6 +9,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/survey/overlap.h"
 #include "deepuav/survey/reduced_views.h"
+#include "deepuav/survey/survey_joining.h"
 #include "deepuav/survey/survey_map.h"
 #include "deepuav/survey/survey_start.h"
 
@@ -150,14 +151,75 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
       pairs->resize(as_they_are);
     }
   }
-  constexpr int kMostRounds = 3;
-  int before = 0;
-  for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
-    before = built.state.ViewCount();
-    match([&] { MatchOverlaps(built, pairs, stop); });
-    GrowFurther(taken, *pairs, stop, &built);
-  }
+  do {
+    constexpr int kMostRounds = 3;
+    int before = 0;
+    for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
+      before = built.state.ViewCount();
+      match([&] { MatchOverlaps(built, pairs, stop); });
+      GrowFurther(taken, *pairs, stop, &built);
+    }
+  } while (Join(taken, *pairs, stop, &built));
   return built;
+}
+
+/// Maps of photographs that stayed outside, where most of what leads from them to the map agrees.
+bool SurveyMapper::Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
+                        const std::function<bool()>& stop, BuiltSurvey* built) {
+  const StageScope stage(stages_, "grow map");
+  const auto joined = JoinOutside(*built, pairs, taken, camera_.width, options_, stop);
+  if (!joined) return false;
+  SurveyGrowth growth(&built->tracks, &px_, built->state.lens, options_);
+  growth.Resume(*joined);
+  growth.Settle(stop);
+  BuiltSurvey both = *built;
+  both.state = growth.state();
+  const PairJudge judge = JudgeOfPairs();
+  ptrdiff_t leading = 0, explained = 0;  // Matches.
+  for (const MatchedPair& pair : pairs) {
+    const bool leads = built->state.Has(pair.a) != built->state.Has(pair.b) &&
+                       both.state.Has(pair.a) && both.state.Has(pair.b);
+    if (!leads) continue;
+    leading += std::ssize(pair.matches);
+    if (judge.IsExplained(pair, both)) explained += std::ssize(pair.matches);
+  }
+  Log().debug("{} photographs outside join the map, which explains {} of {} matches with it",
+              both.state.ViewCount() - built->state.ViewCount(), explained, leading);
+  if (2 * explained <= leading) return false;
+  *built = std::move(both);
+  return true;
+}
+
+/// Photographs of which others say more against their place than for it are taken out and placed by
+/// what these say.
+void SurveyMapper::PlaceAgain(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                              const std::function<bool()>& stop, BuiltSurvey* built) {
+  constexpr int kMostRounds = 3;
+  const PairJudge judge = JudgeOfPairs();
+  for (int round = 0; round < kMostRounds && !(stop && stop()); ++round) {
+    const std::vector<int> misplaced = judge.Misplaced(pairs, *built);
+    if (misplaced.empty()) return;
+    std::vector<MatchedPair> others = *pairs, holding;
+    judge.SetHoldingAside(misplaced, *built, &others, &holding);
+    BuiltSurvey again = *built;
+    for (const int view : misplaced) again.state.cam_from_world[static_cast<size_t>(view)].reset();
+    GrowFurther(taken, others, stop, &again);
+    const double before = judge.Agreement(pairs, *built), now = judge.Agreement(pairs, again);
+    Log().debug(
+        "with {} photographs placed again by those that contradict them the map agrees with {:.0f} "
+        "instead of {:.0f}",
+        misplaced.size(), now, before);
+    if (now <= before) return;
+    std::ranges::copy_if(holding, std::back_inserter(others),
+                         [&](const MatchedPair& pair) { return judge.IsExplained(pair, again); });
+    *pairs = std::move(others);
+    *built = std::move(again);
+    {
+      const StageScope stage(stages_, "match pairs");
+      MatchOverlaps(*built, pairs, stop);
+    }
+    GrowFurther(taken, *pairs, stop, built);
+  }
 }
 
 /// What looks alike may hold photographs where they don't belong, against the matches with those
@@ -167,6 +229,7 @@ void SurveyMapper::ResolveContradictions(const std::set<int>& taken,
                                          std::vector<MatchedPair>* pairs,
                                          const std::function<bool()>& stop, BuiltSurvey* built) {
   constexpr int kMostRounds = 4;
+  PlaceAgain(taken, pairs, stop, built);
   const PairJudge judge = JudgeOfPairs();
   if (judge.Doubtful(pairs, *built).empty()) return;
   std::vector<MatchedPair> trusted = *pairs, suspected;
@@ -203,120 +266,18 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
   std::optional<BuiltSurvey> built = MakeMap(taken, pairs, stop);
   if (!built) return std::nullopt;
   ResolveContradictions(taken, pairs, stop, &*built);
-  KeepLensOneToOne(stop, &*built);
+  const SurveySharpening sharpening(&views_, camera_, keeps_distortion_, options_, measuring_,
+                                    stages_);
+  sharpening.KeepLensOneToOne(stop, &*built);
   // Only what stays outside is matched after this.
   for (const int view : ViewsIn(built->state))
     views_[static_cast<size_t>(view)].turned.fill(StoredDescriptors());
-  Sharpen(stop, &*built);
+  sharpening.Sharpen(stop, &*built);
   return built;
-}
-
-void SurveyMapper::Sharpen(const std::function<bool()>& stop, BuiltSurvey* built) {
-  SurveyState& state = built->state;
-  Measure(built);
-  state.image_rows = camera_.height;
-  const bool is_measured = state.model_sigma_px > 0;
-  for (int round = 1; is_measured && round < options_.patch_rounds; ++round) {
-    {
-      const StageScope stage(stages_, "sharpen map");
-      Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
-    }
-    Measure(built);
-  }
-  const StageScope stage(stages_, "sharpen map");
-  if (is_measured && lens_.is_refined && RefineWholly(stop, built)) return;
-  AdjustMeasured(stop, built);
-}
-
-void SurveyMapper::Measure(BuiltSurvey* built) const {
-  const StageScope stage(stages_, "align patches");
-  PatchSurvey survey{&views_,
-                     CameraOf(built->state.lens),
-                     keeps_distortion_,
-                     measuring_.patches,
-                     measuring_.surface,
-                     ThreadsOf(options_)};
-  survey.options.noise_factor = options_.patch_noise_factor;
-  survey.options.min_sigma_px = options_.patch_min_sigma_px;
-  const int measured = MeasureTracks(survey, built->tracks, built->state, &built->px);
-  Log().debug("{} sights were measured by patches", measured);
-  if (measured > 0 && built->state.model_sigma_px == 0)
-    built->state.model_sigma_px = measuring_.model_noise.initial_sigma_px;
-}
-
-/// Goes on from the points as they are measured, and learns what is left beyond their noise.
-void SurveyMapper::Readjust(const std::function<void(SurveyGrowth*)>& by,
-                            BuiltSurvey* built) const {
-  SurveyState& state = built->state;
-  if (state.lens.is_refined_wholly) state.velocity_world = ViewVelocities(views_, state);
-  SurveyGrowth growth(&built->tracks, &built->px, state.lens, options_);
-  growth.Continue(state);
-  by(&growth);
-  state = growth.state();
-  state.model_sigma_px = ModelSigmaPx(built->tracks, built->px, state, measuring_.model_noise);
-  Log().debug("patches err by {:.3f} px beyond their own noise; readout {:.4f} s",
-              state.model_sigma_px, state.lens.camera.readout_s);
-}
-
-/// Weights and what is adjusted by them depend on one another.
-void SurveyMapper::AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built) {
-  constexpr int kMostRounds = 2;
-  constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
-  for (int round = 0; round < kMostRounds; ++round) {
-    const double assumed_px = built->state.model_sigma_px;
-    Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
-    if (std::abs(built->state.model_sigma_px - assumed_px) <= kSameWeights * assumed_px) break;
-  }
-  Readjust([&](SurveyGrowth* growth) { growth->Finish(stop); }, built);
-}
-
-/// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
-/// they don't mean. Few views, or views under one heading, explain all and tell nothing. False, and
-/// all as before, where it is so.
-bool SurveyMapper::RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) {
-  BuiltSurvey whole = *built;
-  whole.state.lens.is_refined_wholly = true;
-  AdjustMeasured(stop, &whole);
-  if (whole.state.model_sigma_px > options_.max_model_sigma_px) return false;
-  const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
-  const double limit = options_.max_lens_sigma;
-  if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return false;
-  *built = std::move(whole);
-  KeepLensOneToOne(stop, built);
-  return true;
-}
-
-/// Where few photographs tell the lens's bend at their corners, it may fold over there.
-void SurveyMapper::KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built) {
-  SurveyLens& lens = built->state.lens;
-  const double corner_px =
-      std::hypot(std::max(lens.camera.pinhole.cx, camera_.width - 1 - lens.camera.pinhole.cx),
-                 std::max(lens.camera.pinhole.cy, camera_.height - 1 - lens.camera.pinhole.cy));
-  if (!lens.is_refined || lens.IsOneToOne(corner_px)) return;
-  Log().warn(
-      "the radial distortion found (k1 {:.3f}, k2 {:.3f}) folds over inside the image: none "
-      "is used",
-      lens.camera.k1, lens.camera.k2);
-  lens.camera.k1 = lens.camera.k2 = lens.camera.p1 = lens.camera.p2 = 0;
-  lens.is_refined = false;
-  SurveyGrowth growth(&built->tracks, &built->px, lens, options_);
-  growth.Resume(built->state);
-  growth.Settle(stop);
-  growth.Finish(stop);
-  built->state = growth.state();
 }
 
 PairJudge SurveyMapper::JudgeOfPairs() const {
   return {views_, px_, {camera_.width, camera_.height}, options_};
-}
-
-Camera SurveyMapper::CameraOf(const SurveyLens& lens) const {
-  Camera camera = camera_;
-  camera.pinhole = lens.camera.pinhole;
-  if (lens.camera.IsUndistorted()) return camera;
-  camera.lens = LensModel::kRadialTangential;
-  camera.distortion = {lens.camera.k1, lens.camera.k2, lens.camera.p1, lens.camera.p2};
-  return camera;
 }
 
 SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::function<bool()>& stop) {
@@ -345,7 +306,7 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
       lens_ = built->state.lens;
       outcome.lens = DescribeLens(built->tracks, built->px, options_, built->state);
       lens_.is_refined = false;
-      if (was_refined) outcome.camera = CameraOf(lens_);
+      if (was_refined) outcome.camera = WithLens(camera_, lens_);
     }
     const std::vector<int> doubtful = JudgeOfPairs().Doubtful(&pairs, *built);
     outcome.doubtful.insert(outcome.doubtful.end(), doubtful.begin(), doubtful.end());

@@ -14,7 +14,7 @@
 #include "deepuav/survey/pair_evidence.h"
 #include "deepuav/survey/survey_growth.h"
 #include "deepuav/survey/survey_options.h"
-#include "deepuav/survey/track_measurement.h"
+#include "deepuav/survey/survey_sharpening.h"
 #include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
@@ -27,13 +27,6 @@ struct SurveyEyes {
   LenslessExtractor* reduced = nullptr;    ///< Null: photographs are seen at their size alone.
   TurnedDescriber* turned = nullptr;       ///< Null: under the headings that views come with.
   TemporaryFile* turned_file = nullptr;    ///< Where what it gives waits; null: in memory.
-};
-
-/// How points are measured once the map stands.
-struct SurveyMeasuring {
-  PatchOptions patches;
-  ModelNoiseOptions model_noise;
-  SurfaceNormalOptions surface;
 };
 
 /// What came of a survey.
@@ -70,6 +63,10 @@ class SurveyMapper {
                                    const std::function<bool()>& stop);
   std::optional<BuiltSurvey> MakeMap(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                                      const std::function<bool()>& stop);
+  bool Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
+            const std::function<bool()>& stop, BuiltSurvey* built);
+  void PlaceAgain(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                  const std::function<bool()>& stop, BuiltSurvey* built);
   void ResolveContradictions(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                              const std::function<bool()>& stop, BuiltSurvey* built);
   void GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
@@ -78,14 +75,7 @@ class SurveyMapper {
                     std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                      const std::function<bool()>& stop);
-  void KeepLensOneToOne(const std::function<bool()>& stop, BuiltSurvey* built);
-  void Measure(BuiltSurvey* built) const;
-  void Readjust(const std::function<void(SurveyGrowth*)>& by, BuiltSurvey* built) const;
-  void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built);
-  bool RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built);
-  void Sharpen(const std::function<bool()>& stop, BuiltSurvey* built);
   PairJudge JudgeOfPairs() const;
-  Camera CameraOf(const SurveyLens& lens) const;
 
   const Camera camera_;
   const SurveyOptions options_;

@@ -6,6 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/system/fix_trial.h"
 #include "deepuav/system/frame_path.h"
 
 namespace deepuav {
@@ -94,7 +95,14 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &report.factors);
     report.height_steps = static_cast<int>(report.factors.height_steps.size());
   }
-  if (attempt = Find(PathIn(*atlas_, map, records), clock, known); attempt.found) {
+  attempt = Find(PathIn(*atlas_, map, records), clock, known);
+  if (attempt.found && attempt.found->by_carrier &&
+      TrustFixes(atlas_->At(map), *pinhole, &*attempt.found)) {
+    report.factors = FactorsOf(map, *attempt.found, by_imu);
+    mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &report.factors);
+    attempt = Find(PathIn(*atlas_, map, records), clock, known);
+  }
+  if (attempt.found) {
     report.fixes = static_cast<int>(attempt.found->positions.size());
     report.used = attempt.found->used();
     report.horizontal_rms_m = attempt.found->horizontal_rms_m;
@@ -185,6 +193,29 @@ MapFactors Georeferencing::MetricFactors(MapId id, const MetricPrior& known) con
       factors.distances.push_back({first, second, {0, 0, distance, 1 / (share_sigma * distance)}});
   }
   return factors;
+}
+
+/// A photograph that few landmarks hold, all in a corner, may be as far from its fix as its tilt
+/// makes up for: the fix counts again where most of the landmarks let the photograph be there.
+/// False: there is none such.
+bool Georeferencing::TrustFixes(const Map& map, const Pinhole& pinhole, Georeference* found) const {
+  constexpr double kMostAgree = 0.7;
+  Georeference outliers = *found;
+  for (uint8_t& outlier : outliers.outlier) outlier = !outlier;
+  MapFactors factors;
+  AddPositions(map, KeyframesOf(map.id()), outliers, &factors);
+  size_t next = 0;
+  bool trusts = false;
+  for (uint8_t& outlier : found->outlier) {
+    if (!outlier) continue;
+    const auto& [keyframe, fix] = factors.positions[next++];
+    const FixTrial trial = TryFix(map, keyframe, fix, pinhole);
+    if (trial.fix_sigmas > options_.georeference.outlier_sigmas) continue;
+    if (trial.agreeing == 0 || trial.agreeing < kMostAgree * trial.agreeing_now) continue;
+    outlier = 0;
+    trusts = true;
+  }
+  return trusts;
 }
 
 /// A fix belongs to the keyframe next in time, as a point fixed to it: where the path has the

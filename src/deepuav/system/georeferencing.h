@@ -114,6 +114,7 @@ class Georeferencing {
   const MetricPrior* KnownOf(MapId map, const Trajectory& path, const ClockPrior& clock) const;
   MapFactors FactorsOf(MapId map, const Georeference& found,
                        const std::optional<MapFactors>& by_imu) const;
+  bool TrustFixes(const Map& map, const Pinhole& pinhole, Georeference* found) const;
   void AddPositions(const Map& map, const std::vector<TimedKeyframe>& keyframes,
                     const Georeference& found, MapFactors* factors) const;
   void AddHeightSteps(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
