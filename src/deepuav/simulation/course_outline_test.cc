@@ -104,15 +104,7 @@ void ExpectClimb() {
   EXPECT_NEAR(points.front().z() - ground, course.height_m, 1e-9);
 }
 
-// One test, as each makes a world of its own.
-TEST(OutlineOfRounds, IsOfTheirShapeAndAsLongAsTheirLaps) {
-  ExpectOrbit();
-  ExpectCircuit();
-  ExpectFigureEight();
-  ExpectClimb();
-}
-
-TEST(OutlineOfASurvey, HasLinesAsFarApartAsAskedOverAllOfTheArea) {
+void ExpectSurvey() {
   CourseOptions course = Course("survey");
   for (const bool cross : {false, true}) {
     course.cross_lines = cross;
@@ -136,7 +128,7 @@ TEST(OutlineOfASurvey, HasLinesAsFarApartAsAskedOverAllOfTheArea) {
   EXPECT_EQ(Points(course).size(), 2u);
 }
 
-TEST(OutlineOfACorridor, IsThePartOfItsRoadThatIsAsked) {
+void ExpectCorridor() {
   CourseOptions course = Course("corridor");
   course.length_m = 60;
   course.along_start_m = 35;
@@ -163,6 +155,16 @@ TEST(OutlineOfACorridor, IsThePartOfItsRoadThatIsAsked) {
   // To its end where it is shorter.
   course.length_m = 5000;
   EXPECT_LT((Points(course).back() - road.points.back()).head<2>().norm(), 1e-9);
+}
+
+// One test, as each makes a world of its own.
+TEST(OutlineOfEveryKind, IsOfItsShapeAndAsLongAsAsked) {
+  ExpectOrbit();
+  ExpectCircuit();
+  ExpectFigureEight();
+  ExpectClimb();
+  ExpectSurvey();
+  ExpectCorridor();
 }
 
 TEST(OutlineOfWaypoints, IsALegFromPauseToPause) {
