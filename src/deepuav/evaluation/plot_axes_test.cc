@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
+#include <set>
 
 namespace deepuav {
 namespace {
@@ -44,6 +44,8 @@ TEST(Ticks, AreRoundInsideTheRangeAndNeitherFewNorMany) {
       EXPECT_GE(ticks.front(), range.low - 1e-9 * range.Extent());
       EXPECT_LE(ticks.back(), range.high + 1e-9 * range.Extent());
       if (ticks.size() < 2) continue;
+      const std::vector<std::string> labels = TickLabels(ticks);
+      EXPECT_EQ(std::set<std::string>(labels.begin(), labels.end()).size(), ticks.size());
       const double step = ticks[1] - ticks[0];
       const double mantissa = step / std::pow(10.0, std::floor(std::log10(step * 1.0001)));
       EXPECT_TRUE(std::abs(mantissa - 1) < 1e-5 || std::abs(mantissa - 2) < 1e-5 ||
@@ -52,6 +54,20 @@ TEST(Ticks, AreRoundInsideTheRangeAndNeitherFewNorMany) {
       for (size_t i = 1; i < ticks.size(); ++i)
         EXPECT_NEAR(ticks[i] - ticks[i - 1], step, 1e-6 * step);
       EXPECT_GT(static_cast<double>(ticks.size() + 1) * step, range.Extent());
+    }
+  }
+}
+
+TEST(Ticks, EndWhereValuesDifferByRoundingAlone) {
+  for (const double value : {1.5, -100.3, 430.7, 1e17}) {
+    std::vector<double> values{value, value};
+    for (int ulps = 0; ulps < 5; ++ulps) {
+      const PlotRange range = RangeOf(values, 0.05);
+      EXPECT_LT(range.low, range.high);
+      const std::vector<double> ticks = Ticks(range, 6);
+      EXPECT_LE(ticks.size(), 7u);
+      EXPECT_GE(ticks.size(), 1u);
+      values.push_back(std::nextafter(values.back(), 2 * std::abs(value)));
     }
   }
 }
