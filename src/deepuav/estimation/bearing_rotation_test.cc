@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "support/synthetic_world.h"
 
 namespace deepuav {
@@ -48,6 +50,57 @@ TEST(BearingRotation, FollowsFromTwoPairs) {
 TEST(BearingRotation, NeedsTwoPairs) {
   EXPECT_FALSE(EstimateBearingRotation(kPinhole, {}, 3, 200, 1));
   EXPECT_FALSE(EstimateBearingRotation(kPinhole, Pairs(1, 0), 3, 200, 1));
+}
+
+TEST(BearingRotation, IsFoundUpToAHighShareOfWrongPairs) {
+  for (const double wrong_share : {0.0, 0.3, 0.6, 0.75}) {
+    const std::vector<PixelPair> pairs = Pairs(400, wrong_share);
+    const auto found = EstimateBearingRotation(kPinhole, pairs, 3, 300, 5);
+    ASSERT_TRUE(found) << wrong_share;
+    EXPECT_LT(ErrorOf(*found), 0.002) << wrong_share;
+    int agreeing = 0;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      const Eigen::Vector3d turned =
+          found->b_from_a * kPinhole.Unproject(pairs[i].a_px).normalized();
+      const double chord = (turned - kPinhole.Unproject(pairs[i].b_px).normalized()).norm();
+      EXPECT_EQ(found->inlier[i] != 0, chord <= 3 / 450.0) << i;
+      agreeing += found->inlier[i];
+    }
+    EXPECT_EQ(found->inlier_count, agreeing);
+  }
+}
+
+TEST(BearingRotation, FollowsFromItsArgumentsAlone) {
+  const std::vector<PixelPair> pairs = Pairs(200, 0.6);
+  const auto one = EstimateBearingRotation(kPinhole, pairs, 3, 50, 9),
+             again = EstimateBearingRotation(kPinhole, pairs, 3, 50, 9);
+  ASSERT_TRUE(one && again);
+  EXPECT_EQ(one->b_from_a.coeffs(), again->b_from_a.coeffs());
+  EXPECT_EQ(one->inlier, again->inlier);
+}
+
+TEST(BearingRotation, OfPairsAtOnePlaceIsARotationThatTakesThemThere) {
+  const std::vector<PixelPair> pairs(30, Pairs(1, 0).front());
+  const auto found = EstimateBearingRotation(kPinhole, pairs, 3, 50, 1);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->b_from_a.norm(), 1, 1e-9);
+  EXPECT_EQ(found->inlier_count, 30);
+}
+
+TEST(BearingRotation, PixelsThatAreNoneAgreeWithNothingAndHarmNothing) {
+  std::vector<PixelPair> pairs = Pairs(200, 0.2);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (size_t i = 0; i < pairs.size(); i += 4) pairs[i].b_px = {nan, 5};
+  const auto found = EstimateBearingRotation(kPinhole, pairs, 3, 300, 2);
+  ASSERT_TRUE(found);
+  EXPECT_LT(ErrorOf(*found), 0.002);
+  for (size_t i = 0; i < pairs.size(); i += 4) EXPECT_FALSE(found->inlier[i]);
+  for (PixelPair& pair : pairs) pair.a_px.x() = nan;
+  EXPECT_FALSE(EstimateBearingRotation(kPinhole, pairs, 3, 300, 2));
+}
+
+TEST(BearingRotation, OfNoIterationsIsNone) {
+  EXPECT_FALSE(EstimateBearingRotation(kPinhole, Pairs(50, 0), 3, 0, 1));
 }
 
 }  // namespace

@@ -24,7 +24,8 @@ std::array<Eigen::Vector3d, 3> InCameras(const ThreeViews& views, const Eigen::V
   return {point_a, views.b_from_a * point_a, views.c_from_a * point_a};
 }
 
-/// The largest of the three squared errors; infinite behind a view.
+/// The largest of the three squared errors; infinite behind a view, and where a pixel is
+/// not finite.
 double SquaredError(const Pinhole& pinhole, const PixelTriple& triple, const ThreeViews& views,
                     const Eigen::Vector3d& point_a) {
   const auto points = InCameras(views, point_a);
@@ -32,7 +33,9 @@ double SquaredError(const Pinhole& pinhole, const PixelTriple& triple, const Thr
   double largest = 0;
   for (size_t view = 0; view < pixels.size(); ++view) {
     if (!InFrontOfCamera(points[view])) return std::numeric_limits<double>::infinity();
-    largest = std::max(largest, (pinhole.Project(points[view]) - pixels[view]).squaredNorm());
+    const double squared = (pinhole.Project(points[view]) - pixels[view]).squaredNorm();
+    if (!std::isfinite(squared)) return std::numeric_limits<double>::infinity();
+    largest = std::max(largest, squared);
   }
   return largest;
 }

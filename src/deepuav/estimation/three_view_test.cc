@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "support/estimation_problems.h"
 
 namespace deepuav {
@@ -70,6 +72,50 @@ TEST_F(ThreeViewTest, PointsBehindAViewTakeNoPartAndDoNotFit) {
   EXPECT_EQ(errors[3], 1);
   EXPECT_EQ(errors[4], 1);
   EXPECT_LT(errors[5], 1);
+}
+
+TEST_F(ThreeViewTest, PixelsThatAreNoneFitNothingAndMoveNothing) {
+  ThreeViews expected = truth;
+  const std::vector<PixelTriple> whole = triples;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Vector2d PixelTriple::*view :
+       {&PixelTriple::a_px, &PixelTriple::b_px, &PixelTriple::c_px}) {
+    for (const double bad : {nan, std::numeric_limits<double>::infinity()}) {
+      triples = whole;
+      (triples[9].*view).y() = bad;
+      ThreeViews views = truth;
+      EXPECT_EQ(TruncatedErrors(pinhole, triples, views, kMaxErrorPx)[9], 1);
+      AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+      EXPECT_LT(DirectionError(views), 0.02);
+      EXPECT_EQ(views.points_a[9], truth.points_a[9]);
+    }
+  }
+}
+
+TEST_F(ThreeViewTest, ErrorsAreTheLargestOfTheThreeOverTheBound) {
+  triples.clear();
+  for (const Eigen::Vector3d& point : truth.points_a) {
+    triples.push_back({pinhole.Project(point), pinhole.Project(truth.b_from_a * point),
+                       pinhole.Project(truth.c_from_a * point)});
+  }
+  triples[0].b_px.x() += 0.5 * kMaxErrorPx;
+  triples[1].a_px.y() -= 0.2 * kMaxErrorPx;
+  triples[1].c_px.y() -= 0.8 * kMaxErrorPx;
+  triples[2].c_px.x() += 3 * kMaxErrorPx;
+  const std::vector<double> errors = TruncatedErrors(pinhole, triples, truth, kMaxErrorPx);
+  EXPECT_NEAR(errors[0], 0.25, 1e-9);
+  EXPECT_NEAR(errors[1], 0.64, 1e-9);
+  EXPECT_EQ(errors[2], 1);
+  EXPECT_LT(errors[3], 1e-18);
+}
+
+TEST_F(ThreeViewTest, OfNothingNothingMoves) {
+  ThreeViews views = truth;
+  views.points_a.clear();
+  AdjustThreeViews(pinhole, {}, kMaxErrorPx, &views);
+  EXPECT_EQ(views.b_from_a.translation(), truth.b_from_a.translation());
+  EXPECT_EQ(views.c_from_a.translation(), truth.c_from_a.translation());
+  EXPECT_TRUE(TruncatedErrors(pinhole, {}, views, kMaxErrorPx).empty());
 }
 
 }  // namespace

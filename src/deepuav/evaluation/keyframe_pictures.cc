@@ -44,7 +44,7 @@ std::string ImageUri(Dataset* dataset, Timestamp time, const std::string& name,
 }
 
 uint16_t ToShort(float value, int limit) {
-  return static_cast<uint16_t>(std::clamp(std::lround(value), 0L, static_cast<long>(limit)));
+  return static_cast<uint16_t>(std::lround(std::clamp(value, 0.0f, static_cast<float>(limit))));
 }
 
 nlohmann::json View(const Keyframe& keyframe, const Camera& camera, const ImageNames& image_names,

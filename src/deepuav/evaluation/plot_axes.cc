@@ -19,6 +19,24 @@ int TickCount(double pixels, double pixels_per_tick) {
   return std::max(2, static_cast<int>(pixels / pixels_per_tick));
 }
 
+int DecimalsOfStep(double step) {
+  return std::max(0, -static_cast<int>(std::floor(std::log10(step * (1 + 1e-9)))));
+}
+
+/// Without a step to tell: as many as the values themselves need.
+int DecimalsOfAll(const std::vector<double>& values) {
+  constexpr int kMost = 12;
+  constexpr double kRounding = 1e-9;
+  int decimals = 0;
+  for (const double value : values) {
+    double scaled = std::abs(value) * std::pow(10.0, decimals);
+    for (; decimals < kMost && std::abs(scaled - std::round(scaled)) > kRounding * scaled;
+         scaled *= 10)
+      ++decimals;
+  }
+  return decimals;
+}
+
 }  // namespace
 
 PlotRange RangeOf(const std::vector<double>& values, double margin_ratio) {
@@ -47,8 +65,8 @@ std::vector<double> Ticks(const PlotRange& range, int most) {
 }
 
 std::vector<std::string> TickLabels(const std::vector<double>& ticks) {
-  const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 1;
-  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step * (1 + 1e-9)))));
+  const int decimals =
+      ticks.size() > 1 ? DecimalsOfStep(ticks[1] - ticks[0]) : DecimalsOfAll(ticks);
   std::vector<std::string> labels;
   for (const double tick : ticks) {
     // Adding zero turns -0 into 0.

@@ -18,8 +18,8 @@ struct PlotRange {
 /// The range of the values with a margin on both sides; of width 1 about a single value.
 PlotRange RangeOf(const std::vector<double>& values, double margin_ratio);
 
-/// Round values (1, 2 or 5 times a power of ten apart) inside the range: at most `most` and usually
-/// more than half of that.
+/// Round values (1, 2 or 5 times a power of ten apart) inside the range, which part it in at most
+/// `most` steps, and usually in more than half as many.
 std::vector<double> Ticks(const PlotRange& range, int most);
 
 /// The ticks' labels, with just as many decimals as their distance needs.

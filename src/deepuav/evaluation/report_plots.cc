@@ -243,10 +243,19 @@ std::string ErrorAlongPath(const Evaluation& evaluation) {
   return svg.Document();
 }
 
-std::string FileName(const std::string& run, const char* what) {
-  std::string name = run;
-  std::replace(name.begin(), name.end(), '/', '-');
-  return name + what;
+/// What the files of each run are called: its name without slashes, numbered where that is another
+/// run's already.
+std::vector<std::string> FileNames(const std::vector<RunReport>& reports) {
+  std::vector<std::string> names;
+  for (const RunReport& report : reports) {
+    std::string name = report.run.name;
+    std::replace(name.begin(), name.end(), '/', '-');
+    const std::string first = name;
+    for (int number = 2; std::ranges::find(names, name) != names.end(); ++number)
+      name = fmt::format("{}-{}", first, number);
+    names.push_back(name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -254,11 +263,13 @@ std::string FileName(const std::string& run, const char* what) {
 std::vector<std::pair<std::string, std::string>> ReportPlots(
     const std::vector<RunReport>& reports) {
   std::vector<std::pair<std::string, std::string>> plots;
-  for (const RunReport& report : reports) {
-    if (!report.evaluation) continue;
-    plots.emplace_back(FileName(report.run.name, "-trajectory.svg"),
-                       PlotTrajectories(*report.evaluation, report.options));
-    plots.emplace_back(FileName(report.run.name, "-error.svg"), ErrorAlongPath(*report.evaluation));
+  const std::vector<std::string> names = FileNames(reports);
+  for (size_t run = 0; run < reports.size(); ++run) {
+    if (!reports[run].evaluation) continue;
+    const Evaluation& evaluation = *reports[run].evaluation;
+    plots.emplace_back(names[run] + "-trajectory.svg",
+                       PlotTrajectories(evaluation, reports[run].options));
+    plots.emplace_back(names[run] + "-error.svg", ErrorAlongPath(evaluation));
   }
   for (auto& [name, svg] :
        {std::pair("errors.svg", ErrorsOverTime(reports)), std::pair("growth.svg", Growth(reports)),

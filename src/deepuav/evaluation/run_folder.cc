@@ -1,6 +1,7 @@
 #include "deepuav/evaluation/run_folder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string_view>
 
@@ -11,6 +12,7 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kMaxSummaryBytes = size_t{64} << 20;
+constexpr int kDeepestNesting = 100;  // Of a summary; what goes through it calls itself.
 
 using Json = nlohmann::ordered_json;
 
@@ -70,7 +72,13 @@ Json ReadSummary(const std::filesystem::path& file) {
   const std::string text = ReadBytes(file, kMaxSummaryBytes);
   Json summary;
   try {
-    summary = Json::parse(text);
+    summary = Json::parse(text, [&](int depth, Json::parse_event_t, const Json&) {
+      if (depth > kDeepestNesting) {
+        throw Error("{}: is nested more than {} deep: expected the summary of a run", file.string(),
+                    kDeepestNesting);
+      }
+      return true;
+    });
   } catch (const nlohmann::json::exception& exception) {
     const std::string reason = OneLine(exception.what());  // "[json.exception...] what is wrong"
     const size_t prefix = reason.find("] ");
@@ -120,6 +128,16 @@ std::string WithoutNumbers(std::string_view reason) {
   return shared;
 }
 
+int64_t ParseFrame(std::string_view text, const std::string& where) {
+  constexpr double kLargest = 1e15;
+  const double number = ParseFinite(text, where, "the frame's number");
+  if (number < 0 || number > kLargest || number != std::floor(number)) {
+    throw Error("{}: the frame's number is {}: expected a whole number from 0 on", where,
+                Quoted(text));
+  }
+  return static_cast<int64_t>(number);
+}
+
 /// The columns of frames.csv that are read: frame,time_ns,state,map,key_points,landmarks,keyframe
 /// and the reason, which is quoted and may hold commas.
 std::vector<LostFrames> ReadLostFrames(const std::filesystem::path& file) {
@@ -140,8 +158,7 @@ std::vector<LostFrames> ReadLostFrames(const std::filesystem::path& file) {
       reason = WithoutNumbers(
           line.text.substr(static_cast<size_t>(fields[kReason].data() - line.text.data())));
     }
-    const auto frame =
-        static_cast<int64_t>(ParseFinite(fields[0], text.Where(line), "the frame's number"));
+    const int64_t frame = ParseFrame(fields[0], text.Where(line));
     auto known = std::find_if(lost.begin(), lost.end(),
                               [&](const LostFrames& one) { return one.reason == reason; });
     if (known == lost.end()) known = lost.insert(lost.end(), {reason, 0, frame, frame});

@@ -3,11 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 #include <vector>
 
-#include "deepuav/evaluation/plot_axes.h"
+#include "deepuav/evaluation/svg.h"
 #include "support/flights.h"
 
 namespace deepuav {
@@ -31,43 +30,6 @@ bool IsBalanced(const std::string& xml) {
     }
   }
   return open.empty();
-}
-
-TEST(Ticks, AreRoundAndInside) {
-  for (const double extent : {1e-6, 0.013, 1.0, 47.0, 9e5}) {
-    for (const double low : {0.0, -0.3 * extent, 17 * extent}) {
-      const PlotRange range{low, low + extent};
-      const std::vector<double> ticks = Ticks(range, 6);
-      ASSERT_GE(ticks.size(), 2u);
-      ASSERT_LE(ticks.size(), 6u);
-      EXPECT_GE(ticks.front(), range.low - 1e-9 * extent);
-      EXPECT_LE(ticks.back(), range.high + 1e-9 * extent);
-      EXPECT_EQ(TickLabels(ticks).size(), ticks.size());
-      EXPECT_NE(TickLabels(ticks).front(), TickLabels(ticks).back());
-    }
-  }
-}
-
-TEST(Ticks, ASingleValueStillHasARange) { EXPECT_GT(RangeOf({3, 3, 3}, 0.05).Extent(), 0); }
-
-TEST(Ticks, EndWhereValuesDifferByRoundingAlone) {
-  for (const double value : {1.5, -100.3, 430.7, 1e17}) {
-    std::vector<double> values{value, value};
-    for (int ulps = 0; ulps < 5; ++ulps) {
-      const PlotRange range = RangeOf(values, 0.05);
-      EXPECT_LT(range.low, range.high);
-      const std::vector<double> ticks = Ticks(range, 6);
-      EXPECT_LE(ticks.size(), 7u);
-      EXPECT_GE(ticks.size(), 1u);
-      values.push_back(std::nextafter(values.back(), 2 * std::abs(value)));
-    }
-  }
-}
-
-TEST(PlotAxes, MapsTheCornersOfTheRange) {
-  const PlotAxes axes({{10, 20}, {100, 50}}, {0, 1}, {-2, 2});
-  EXPECT_LT((axes.Pixel(0, 2) - Eigen::Vector2d(10, 20)).norm(), 1e-9);
-  EXPECT_LT((axes.Pixel(1, -2) - Eigen::Vector2d(110, 70)).norm(), 1e-9);
 }
 
 TEST(TrajectoryPlot, IsWellFormedAndTheSameEachTime) {

@@ -57,6 +57,7 @@ std::vector<ColoredPoint> ReadPly(const std::filesystem::path& file) {
     Eigen::Vector3f position;
     std::memcpy(position.data(), record, 3 * sizeof(float));
     std::memcpy(points[i].rgb.data(), record + 3 * sizeof(float), 3);
+    if (!position.allFinite()) throw Error("{}: point {} is not finite", file.string(), i);
     points[i].position = position.cast<double>();
   }
   return points;

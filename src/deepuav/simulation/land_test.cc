@@ -9,38 +9,13 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
-#include "deepuav/simulation/buildings.h"
 #include "deepuav/simulation/ground_cover.h"
+#include "deepuav/simulation/testing/small_land.h"
 #include "deepuav/simulation/traffic.h"
 #include "deepuav/simulation/vegetation.h"
 
 namespace deepuav {
 namespace {
-
-SceneOptions SmallVillage() {
-  SceneOptions options;
-  options.extent_m = 500;
-  options.town_radius_m = 90;
-  options.lake_radius_m = 40;
-  return options;
-}
-
-// What the land is made of, without tracing.
-struct Land {
-  explicit Land(const SceneOptions& scene)
-      : options(scene),
-        water(options),
-        parcels(options),
-        roads(parcels.road_sites(), options.extent_m / 2,
-              [&](const Eigen::Vector2d& point) { return water.InLake(point); }),
-        terrain(options, water, roads) {}
-
-  SceneOptions options;
-  Water water;
-  ParcelMap parcels;
-  RoadNetwork roads;
-  Terrain terrain;
-};
 
 TEST(ParcelMap, FindsTheParcelOfEveryCentre) {
   const Land land(SmallVillage());
