@@ -23,11 +23,11 @@ struct InertialOptions {
   double level_walk_deg_sqrt_s = 0.002;  ///< Random walk of the vertical in the path.
   double path_scale_sigma = 0.003;  ///< Error of the whole path's scale that its poses do not show.
   double uncalibrated_scale_sigma = 0.01;  ///< The same of a sensor whose mount is not stated.
-  double max_imu_gap_s = 0.05;      ///< Between samples that are interpolated.
-  double max_path_gap_s = 1;        ///< Between poses whose motion is integrated.
-  double min_pose_interval_s = 0.045;  ///< Poses that come more often are left out.
-  double min_duration_s = 5;           ///< Of path with samples.
-  double max_scale_sigma = 0.02;       ///< As a share of the scale.
+  double max_imu_gap_s = 0.05;             ///< Between samples that are interpolated.
+  double max_path_gap_s = 1;               ///< Between poses whose motion is integrated.
+  double min_pose_interval_s = 0.045;      ///< Poses that come more often are left out.
+  double min_duration_s = 5;               ///< Of path with samples.
+  double max_scale_sigma = 0.02;           ///< As a share of the scale.
   double max_tilt_sigma_deg = 1;
   double aligned_mount_sigma_deg = 0.5;  ///< Of an unknown mount along the camera's axes...
   double max_mount_doubt_deg = 12;       ///< ...taken where turns tell it no worse than this.
