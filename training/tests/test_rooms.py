@@ -3,12 +3,12 @@ import pytest
 
 from deepuav_training.config import from_mapping
 from deepuav_training.data.faces import Face, halves, render_faces
-from deepuav_training.data.render import Camera, visible_points, world_points
+from deepuav_training.data.render import Camera
 from deepuav_training.data.rooms import (Box, RoomConfig, Viewpoint, camera_at, draw_viewpoint,
                                          make_room, other_viewpoint)
 from deepuav_training.data.scenes import SceneConfig, make_scene, room_scene
 from deepuav_training.errors import TrainingError
-from scene_support import smooth_texture, values_at
+from scene_support import corresponding_values, smooth_texture
 
 WIDTH, HEIGHT = 96, 72
 SMALL = SceneConfig(views=4, width=WIDTH, height=HEIGHT, flat_share=0.0, room_share=1.0)
@@ -111,12 +111,8 @@ def test_corresponding_points_of_a_room_look_alike():
     view = draw_viewpoint(room, rng, config)
     cameras = [camera_at(v, 80, WIDTH, HEIGHT)
                for v in (view, other_viewpoint(view, room, rng, config))]
-    seen = [render_faces(room.faces, camera) for camera in cameras]
-    points = grid(step=3)
-    moved = visible_points(seen[1], cameras[1], world_points(seen[0], cameras[0], points))
-    kept = np.isfinite(moved).all(axis=1)
-    assert kept.mean() > 0.4
-    values = [values_at(s.image, p) for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
+    kept, values = corresponding_values(room.faces, cameras, grid(step=3))
+    assert kept > 0.4
     assert np.median(np.abs(values[0] - values[1])) < 3
     assert np.median(np.abs(values[0] - np.roll(values[1], 7))) > 15
 

@@ -9,7 +9,7 @@ from deepuav_training.data.scenes import SceneConfig, make_scene, street_scene
 from deepuav_training.data.streets import (StreetConfig, draw_look, make_street, next_look,
                                            passing_faces)
 from deepuav_training.errors import TrainingError
-from scene_support import smooth_texture, values_at
+from scene_support import corresponding_values, smooth_texture
 
 WIDTH, HEIGHT = 96, 72
 SMALL = SceneConfig(views=3, width=WIDTH, height=HEIGHT, flat_share=0.0, street_share=1.0)
@@ -84,12 +84,8 @@ def test_corresponding_points_of_a_street_look_alike():
     street = make_street(smooth_texture(blur=8), smooth_texture(1, blur=8), rng, config)
     view = draw_look(street, rng, config)
     cameras = [camera_at(v, 80, WIDTH, HEIGHT) for v in (view, next_look(view, street, rng, config))]
-    seen = [render_faces(street.place.faces, camera) for camera in cameras]
-    points = grid(step=3)
-    moved = visible_points(seen[1], cameras[1], world_points(seen[0], cameras[0], points))
-    kept = np.isfinite(moved).all(axis=1)
-    assert kept.mean() > 0.3
-    values = [values_at(s.image, p) for s, p in zip(seen, (points[kept], moved[kept]), strict=True)]
+    kept, values = corresponding_values(street.place.faces, cameras, grid(step=3))
+    assert kept > 0.3
     assert np.median(np.abs(values[0] - values[1])) < 5
     assert np.median(np.abs(values[0] - np.roll(values[1], 7))) > 10
 

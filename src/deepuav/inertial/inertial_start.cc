@@ -7,6 +7,7 @@
 
 #include "deepuav/base/median.h"
 #include "deepuav/inertial/imu_factor.h"
+#include "deepuav/inertial/path_steps.h"
 
 namespace deepuav {
 namespace {
@@ -23,27 +24,10 @@ constexpr double kMinTurnSigma_rad = 1e-4;
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-/// Two poses and what was integrated between them.
-struct PathStep {
-  const TimedPose *first, *last;
-  Preintegration motion;
-};
-
 std::vector<PathStep> StepsOf(const InertialProblem& problem, double clock_offset_s,
                               const ImuBias& bias) {
-  std::vector<PathStep> steps;
-  size_t first = 0;
-  for (size_t k = 1; k < problem.size(); ++k) {
-    const TimedPose &from = problem.path[first], &to = problem.path[k];
-    const double seconds = SecondsBetween(from.time, to.time);
-    if (seconds < kStep_s) continue;
-    first = k;
-    if (seconds > kStep_s + problem.options.max_path_gap_s) continue;
-    const auto motion = problem.imu->Between(OnSensorClock(from.time, clock_offset_s),
-                                             OnSensorClock(to.time, clock_offset_s), bias);
-    if (motion) steps.push_back({&from, &to, *motion});
-  }
-  return steps;
+  return StepsAlong(problem.path, *problem.imu, kStep_s, problem.options.max_path_gap_s,
+                    clock_offset_s, bias);
 }
 
 Eigen::Vector3d TurnMisfit(const InertialProblem& problem, const PathStep& step) {

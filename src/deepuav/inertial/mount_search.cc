@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "deepuav/base/median.h"
-#include "deepuav/inertial/inertial_adjustment.h"
+#include "deepuav/inertial/path_steps.h"
 
 namespace deepuav {
 namespace {
@@ -34,20 +34,12 @@ struct TurnPair {
 std::vector<TurnPair> TurnPairs(const Trajectory& path, const ImuIntegrator& imu,
                                 const InertialOptions& options, double clock_offset_s) {
   std::vector<TurnPair> pairs;
-  size_t first = 0;
-  for (size_t k = 1; k < path.size(); ++k) {
-    const TimedPose &from = path[first], &to = path[k];
-    const double seconds = SecondsBetween(from.time, to.time);
-    if (seconds < kStep_s) continue;
-    first = k;
-    if (seconds > kStep_s + options.max_path_gap_s) continue;
-    const auto motion = imu.Between(OnSensorClock(from.time, clock_offset_s),
-                                    OnSensorClock(to.time, clock_offset_s), {});
-    if (!motion) continue;
-    pairs.push_back(
-        {RotationLog(from.world_from_cam.rotation().conjugate() * to.world_from_cam.rotation()) /
-             seconds,
-         RotationLog(motion->rotation) / motion->duration_s});
+  for (const PathStep& step :
+       StepsAlong(path, imu, kStep_s, options.max_path_gap_s, clock_offset_s, {})) {
+    const Eigen::Quaterniond turn =
+        step.first->world_from_cam.rotation().conjugate() * step.last->world_from_cam.rotation();
+    pairs.push_back({RotationLog(turn) / step.motion.duration_s,
+                     RotationLog(step.motion.rotation) / step.motion.duration_s});
   }
   return pairs;
 }

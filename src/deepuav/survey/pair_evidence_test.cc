@@ -17,6 +17,21 @@ constexpr double kHeightM = 40, kStepM = 25, kRoofM = 10;
 constexpr int kPhotographs = 8, kOnRoof = 700;
 const cv::Size kSize(752, 480);
 
+/// A map of the views' key points as they are, without poses and points.
+BuiltSurvey WithoutPoints(const std::vector<SurveyView>& views, const Pinhole& pinhole) {
+  ViewPixels px;
+  Tracks none;
+  for (const SurveyView& view : views) {
+    std::vector<SightPixel>& of_view = px.emplace_back();
+    for (const Keypoint& keypoint : view.frame.features->keypoints)
+      of_view.push_back({keypoint.px.cast<double>()});
+    none.of_keypoint.emplace_back();
+  }
+  SurveyLens lens;
+  lens.camera.pinhole = pinhole;
+  return {none, SurveyState(none, views.size(), lens), px};
+}
+
 /// A line of photographs that overlap by half, over thinly textured ground; the first and the last
 /// show roofs of one kind, hip roofs with more on them than all the ground around.
 class AlikeRoofs : public ::testing::Test {
@@ -106,20 +121,10 @@ TEST_F(AlikeRoofs, FewMatchesCoverNothing) {
 }
 
 TEST_F(AlikeRoofs, KeypointsNewerThanTheMapAreJudgedByTheirLines) {
-  ViewPixels px;
-  Tracks tracks;
-  for (const SurveyView& view : views_) {
-    std::vector<SightPixel>& of_view = px.emplace_back();
-    for (const Keypoint& keypoint : view.frame.features->keypoints)
-      of_view.push_back({keypoint.px.cast<double>()});
-    tracks.of_keypoint.emplace_back();
-  }
-  SurveyLens lens;
-  lens.camera.pinhole = world_.camera().pinhole;
-  BuiltSurvey map{tracks, SurveyState(tracks, views_.size(), lens), px};
+  BuiltSurvey map = WithoutPoints(views_, world_.camera().pinhole);
   map.state.cam_from_world[0] = poses_[0];
   map.state.cam_from_world[1] = poses_[1];
-  const PairJudge judge(views_, px, kSize, options_);
+  const PairJudge judge(views_, map.px, kSize, options_);
   const MatchedPair pair{0, 1, Matches(0, 1)};
   EXPECT_GT(judge.AgreeingShare(pair, map), 0.95);
   map.state.cam_from_world[1] = LookDown({0, kStepM, kHeightM}, M_PI / 2);
@@ -237,19 +242,9 @@ TEST_F(MisleadingRoof, ViewsOfWhichMoreIsSaidAgainstTheirPlaceAreMisplaced) {
   }
   std::vector<MatchedPair> pairs =
       PairMatching(&views_, &matcher_, nullptr, options_).Match(every, nullptr);
-  ViewPixels px;
-  Tracks none;
-  for (const SurveyView& view : views_) {
-    std::vector<SightPixel>& of_view = px.emplace_back();
-    for (const Keypoint& keypoint : view.frame.features->keypoints)
-      of_view.push_back({keypoint.px.cast<double>()});
-    none.of_keypoint.emplace_back();
-  }
-  SurveyLens lens;
-  lens.camera.pinhole = world_.camera().pinhole;
-  BuiltSurvey map{none, SurveyState(none, views_.size(), lens), px};
+  BuiltSurvey map = WithoutPoints(views_, world_.camera().pinhole);
   for (size_t v = 0; v < poses_.size(); ++v) map.state.cam_from_world[v] = poses_[v];
-  const PairJudge judge(views_, px, kSize, options_);
+  const PairJudge judge(views_, map.px, kSize, options_);
   EXPECT_TRUE(judge.Misplaced(&pairs, map).empty());
   map.state.cam_from_world[kMisled] = LookDown({3, 3, kHeightM}, M_PI / 2);
   const std::vector<int> misplaced = {kMisled};
