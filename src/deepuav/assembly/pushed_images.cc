@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "deepuav/base/error.h"
-#include "deepuav/inertial/readout_turn.h"
+#include "deepuav/inertial/camera_turns.h"
 
 namespace deepuav {
 namespace {
@@ -87,9 +87,15 @@ int PushedImages::skipped() const {
 }
 
 bool PushedImages::FrontIsCovered() const {
-  if (!options_.with_turns) return true;
+  if (!options_.with_turns || IsSilentAt(images_.front().time)) return true;
   const Timestamp end = Shifted(images_.front().time, camera_.readout_s / 2);
   return !imu_.samples.empty() && imu_.samples.back().time >= end;
+}
+
+/// The turn within a readout is worth waiting for; that between images only helps to predict.
+bool PushedImages::IsSilentAt(Timestamp time) const {
+  if (camera_.readout_s > 0) return false;
+  return imu_.samples.empty() || imu_.samples.back().time < Shifted(time, -options_.silent_after_s);
 }
 
 /// Who waits to push an image may be the one who would push the samples.
@@ -104,21 +110,27 @@ std::optional<TimedImage> PushedImages::Next() {
   waits_in_vain_ = false;
   TimedImage image = std::move(images_.front());
   images_.pop_front();
-  if (options_.with_turns) image.turn_rad = TurnDuring(image.time);
+  if (options_.with_turns) AddTurns(&image);
+  given_time_ = image.time;
   room_.notify_one();
   return image;
 }
 
-/// By the samples around the readout, which tell the same as all of them.
-std::optional<Eigen::Vector3d> PushedImages::TurnDuring(Timestamp time) const {
+/// By the samples since the image before and around the readout, which tell the same as all of
+/// them.
+void PushedImages::AddTurns(TimedImage* image) const {
   const auto& samples = imu_.samples;
   const double half_s = camera_.readout_s / 2;
-  auto first = std::lower_bound(samples.begin(), samples.end(), Shifted(time, -half_s), Earlier);
-  auto last = std::lower_bound(first, samples.end(), Shifted(time, half_s), Earlier);
+  const Timestamp begin = Shifted(image->time, -half_s), end = Shifted(image->time, half_s);
+  auto first = std::lower_bound(samples.begin(), samples.end(),
+                                std::min(begin, given_time_.value_or(begin)), Earlier);
+  auto last = std::lower_bound(first, samples.end(), end, Earlier);
   if (first != samples.begin()) --first;
   if (last != samples.end()) ++last;
   const ImuStream around{imu_.source, imu_.noise, imu_.cam_from_imu, {first, last}};
-  return ReadoutTurns(around, options_.max_imu_gap_s, camera_).At(time);
+  const CameraTurns turns(around, options_.max_imu_gap_s, camera_);
+  image->turn_rad = turns.DuringReadout(image->time);
+  if (given_time_) image->turn_since_before = turns.Between(*given_time_, image->time);
 }
 
 }  // namespace deepuav

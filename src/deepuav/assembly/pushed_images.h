@@ -14,9 +14,11 @@ namespace deepuav {
 struct PushedImagesOptions {
   size_t capacity = 4;       ///< Images that may wait.
   bool newest_only = false;  ///< One waits at most: a newer one takes its place.
-  /// Images wait for the inertial samples of their readout: what the camera turned by comes with
-  /// them.
+  /// Images wait for the inertial samples until the end of their readout: what the camera turned by
+  /// comes with them.
   bool with_turns = false;
+  /// An image read at once does not wait for a sensor whose last sample is older than this.
+  double silent_after_s = 1;
   double max_imu_gap_s = 0;  ///< Between samples that are interpolated.
 };
 
@@ -54,7 +56,8 @@ class PushedImages : public ImageSource {
   /// Whether the samples reach beyond the first image's readout.
   bool FrontIsCovered() const;
   bool MayGoUncovered() const;
-  std::optional<Eigen::Vector3d> TurnDuring(Timestamp time) const;
+  bool IsSilentAt(Timestamp time) const;
+  void AddTurns(TimedImage* image) const;
 
   const Camera camera_;
   const PushedImagesOptions options_;
@@ -62,7 +65,8 @@ class PushedImages : public ImageSource {
   std::condition_variable room_, filled_;
   ImuStream imu_;
   std::deque<TimedImage> images_;
-  std::optional<Timestamp> last_time_;
+  std::optional<Timestamp> last_time_;   ///< Of images pushed...
+  std::optional<Timestamp> given_time_;  ///< ...and given.
   int pushed_ = 0, skipped_ = 0;
   int blocked_ = 0;             ///< Calls of Push that wait for room.
   bool waits_in_vain_ = false;  ///< The image before was overtaken before its samples came.

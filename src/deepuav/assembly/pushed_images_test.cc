@@ -5,7 +5,7 @@
 #include <future>
 
 #include "deepuav/base/error.h"
-#include "deepuav/inertial/readout_turn.h"
+#include "deepuav/inertial/camera_turns.h"
 
 namespace deepuav {
 namespace {
@@ -70,8 +70,9 @@ TEST(PushedImages, TurnAsAllSamplesTell) {
   PushedImages images = WithTurns(4);
   ImuStream all;
   for (int64_t ms = 0; ms < 400; ms += 3) all.samples.push_back(SampleAt(ms));
-  const ReadoutTurns turns(all, 0.1, RollingCamera());
+  const CameraTurns turns(all, 0.1, RollingCamera());
   size_t next = 0;
+  std::optional<Timestamp> before;
   for (int64_t ms : {0, 4, 33, 66, 100, 390, 395}) {
     images.Push(SomeImage(), {ms * kMs}, 0);
     for (; next < all.samples.size() && all.samples[next].time.nanoseconds < (ms + 14) * kMs;
@@ -80,7 +81,13 @@ TEST(PushedImages, TurnAsAllSamplesTell) {
     if (next == all.samples.size()) images.Close();
     const auto image = images.Next();
     ASSERT_TRUE(image);
-    EXPECT_EQ(image->turn_rad, turns.At(image->time)) << ms;
+    EXPECT_EQ(image->turn_rad, turns.DuringReadout(image->time)) << ms;
+    const auto since_before = before ? turns.Between(*before, image->time) : std::nullopt;
+    ASSERT_EQ(image->turn_since_before.has_value(), since_before.has_value()) << ms;
+    if (since_before) {
+      EXPECT_EQ(image->turn_since_before->coeffs(), since_before->coeffs()) << ms;
+    }
+    before = image->time;
     if (next == all.samples.size()) break;
   }
 }
@@ -107,6 +114,21 @@ TEST(PushedImages, GoWithoutSamplesWhereTheQueueIsFull) {
   EXPECT_EQ(second.wait_for(std::chrono::milliseconds(30)), std::future_status::timeout);
   images.Close();
   EXPECT_EQ(second.get()->id.value, 1);
+}
+
+TEST(PushedImages, ReadAtOnceDoNotWaitForASensorThatIsSilent) {
+  PushedImages images(Camera(), {}, {.with_turns = true, .max_imu_gap_s = 0.1});
+  images.Push(SomeImage(), {100 * kMs}, 0);
+  EXPECT_EQ(images.Next()->id.value, 0) << "no sample ever came";
+  images.PushImu(SampleAt(90));
+  images.PushImu(SampleAt(130));
+  images.Push(SomeImage(), {133 * kMs}, 0);
+  auto taken = std::async(std::launch::async, [&] { return images.Next(); });
+  EXPECT_EQ(taken.wait_for(std::chrono::milliseconds(30)), std::future_status::timeout);
+  images.PushImu(SampleAt(135));
+  EXPECT_TRUE(taken.get()->turn_since_before);
+  images.Push(SomeImage(), {1200 * kMs}, 0);
+  EXPECT_FALSE(images.Next()->turn_since_before);
 }
 
 TEST(PushedImages, LiveTheNewestWins) {

@@ -31,10 +31,13 @@ std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& work
   return LoadMaps(request.map, working, request.calibration.focal_sigma > 0, options);
 }
 
-PushedImagesOptions QueueOf(const PushRequest& request, const Camera& camera,
-                            const SystemOptions& options) {
-  return {static_cast<size_t>(request.queue_size), request.schedule == "live",
-          request.imu && camera.readout_s > 0, options.sensors.imu.max_imu_gap_s};
+PushedImagesOptions QueueOf(const PushRequest& request, const SystemOptions& options) {
+  PushedImagesOptions queue;
+  queue.capacity = static_cast<size_t>(request.queue_size);
+  queue.newest_only = request.schedule == "live";
+  queue.with_turns = request.imu.has_value();
+  queue.max_imu_gap_s = options.sensors.imu.max_imu_gap_s;
+  return queue;
 }
 
 void CheckGrows(Timestamp last, Timestamp time, const char* what) {
@@ -58,7 +61,7 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
                       : WorkingCamera(request_.camera, settings_->options.images.working_pixels)),
       eyes_(camera_, settings_->options),
       images_(camera_, request_.imu.value_or(ImuStream{}),
-              QueueOf(request_, camera_, settings_->options.system)),
+              QueueOf(request_, settings_->options.system)),
       gnss_(request_.gnss),
       barometer_(request_.barometer) {
   if (loaded_) CheckNetwork(request_.map, *loaded_, eyes_);

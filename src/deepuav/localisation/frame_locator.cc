@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "deepuav/base/option_check.h"
 #include "deepuav/features/readout_correction.h"
@@ -24,6 +25,14 @@ std::vector<int> IndicesOf(const LocalMap& local_map, const std::vector<Landmark
     indices.push_back(static_cast<int>(place - local_map.landmarks.begin()));
   }
   return indices;
+}
+
+/// What the frame before saw; all where that is long ago.
+std::vector<int> LookedForFirst(const LocalMap& local_map, const LocationPrior& prior) {
+  if (!prior.is_reckoned) return IndicesOf(local_map, prior.landmarks);
+  std::vector<int> all(local_map.landmarks.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 /// The wanted keyframe first, then the one the local map was made around, then the newest others.
@@ -79,7 +88,8 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& given, const Local
     if (seen < min_ratio * static_cast<double>(refined.visible.size())) return;
     if (refined.seen.size() > located.seen.size()) located = std::move(refined);
   };
-  refine_if_better(FollowPrediction(frame, grid, local_map, prior), 0);
+  refine_if_better(FollowPrediction(frame, grid, local_map, prior),
+                   prior.is_reckoned ? options_.min_unpredicted_ratio : 0);
   if (IsDoubtful(located, prior)) {
     refine_if_better(MatchReference(frame, local_map, prior), options_.min_unpredicted_ratio);
   }
@@ -168,10 +178,12 @@ std::optional<CoarsePose> FrameLocator::FollowPrediction(const Frame& frame,
   if (!prior.cam_from_world) return std::nullopt;
   const StageScope stage(stages_, "match prediction");
   std::vector<ProjectionTarget> targets;
-  for (int index : IndicesOf(local_map, prior.landmarks)) {
+  const double radius_px =
+      prior.is_reckoned ? options_.reckoned_radius_px : options_.predicted_radius_px;
+  for (int index : LookedForFirst(local_map, prior)) {
     const auto px = ExpectedPixel(local_map.landmarks[static_cast<size_t>(index)],
                                   *prior.cam_from_world, camera_, options_.visibility);
-    if (px) targets.push_back({*px, options_.predicted_radius_px, index});
+    if (px) targets.push_back({*px, radius_px, index});
   }
   SeenList seen;
   for (const Match& match :

@@ -20,8 +20,9 @@ namespace deepuav {
 
 struct LocatorOptions {
   double predicted_radius_px =
-      15;                      ///< Search window around the pixel predicted by the motion model.
-  double local_radius_px = 6;  ///< Search window once the pose is known from the first matches.
+      15;  ///< Search window around the pixel predicted by the motion model.
+  double reckoned_radius_px = 40;  ///< The same, once frames before it had no pose.
+  double local_radius_px = 6;      ///< Search window once the pose is known from the first matches.
   int min_predicted_inliers =
       20;  ///< Fewer: the prediction is given up for the reference keyframe.
   double min_predicted_ratio = 0.5;  ///< Inliers over matches of the prediction; less: likewise.
@@ -46,6 +47,8 @@ struct LocatorOptions {
   void Visit(Visitor&& visit) {
     visit("predicted_radius_px", predicted_radius_px, "px",
           "search window around a predicted pixel", Above(0, 10'000));
+    visit("reckoned_radius_px", reckoned_radius_px, "px",
+          "search window around a pixel predicted over frames without a pose", Above(0, 10'000));
     visit("local_radius_px", local_radius_px, "px", "search window around a local landmark's pixel",
           Above(0, 10'000));
     visit("min_predicted_inliers", min_predicted_inliers, "",
@@ -96,6 +99,9 @@ struct LocatedFrame {
 /// What is known of a frame before it is matched.
 struct LocationPrior {
   std::optional<SE3> cam_from_world;
+  /// Carried on over frames without a pose: looked for more widely, and to show as much as a pose
+  /// found without it.
+  bool is_reckoned = false;
   std::vector<LandmarkId>
       landmarks;         ///< Seen by the neighbouring frame, by id; where a prediction looks first.
   KeyframeId reference;  ///< Matched first where the prediction fails.

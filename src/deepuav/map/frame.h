@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 
 #include "deepuav/base/ids.h"
 #include "deepuav/base/time.h"
@@ -21,6 +23,8 @@ struct Frame {
   /// travel, in units of the map when the frame came into it, moves them by their depth.
   ReadoutMotion motion = {};
   bool turn_is_measured = false;  ///< By a gyroscope; else it follows from the path, if at all.
+  /// How the camera turned since the frame before: now_from_before, by a gyroscope with its bias.
+  std::optional<Eigen::Quaterniond> turn_since_before = {};
 };
 
 }  // namespace deepuav

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "deepuav/map/frame_motion.h"
 
@@ -31,7 +32,7 @@ void WaitSeconds(double seconds) {
 }  // namespace
 
 SequentialFeed::SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock,
-                               const ReadoutTurns* turns)
+                               const CameraTurns* turns)
     : images_(images), extractor_(extractor), clock_(clock), turns_(turns) {}
 
 std::optional<Frame> SequentialFeed::Next() {
@@ -45,12 +46,19 @@ std::optional<Frame> SequentialFeed::Next() {
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
   CorrectForTurn(image->turn_rad, &frame);
+  frame.turn_since_before = TurnTo(*image);
   return frame;
+}
+
+std::optional<Eigen::Quaterniond> SequentialFeed::TurnTo(const TimedImage& image) {
+  const std::optional<Timestamp> before = std::exchange(last_time_, image.time);
+  if (image.turn_since_before || !turns_ || !before) return image.turn_since_before;
+  return turns_->Between(*before, image.time);
 }
 
 void SequentialFeed::CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const {
   if (!turns_) return;
-  if (!turn_rad) turn_rad = turns_->At(frame->time);
+  if (!turn_rad) turn_rad = turns_->DuringReadout(frame->time);
   if (!turn_rad) return;
   *frame = WithMotion(*frame, {*turn_rad, Eigen::Vector3d::Zero()}, turns_->camera());
   frame->turn_is_measured = true;

@@ -8,7 +8,7 @@
 
 #include "deepuav/base/queue.h"
 #include "deepuav/features/extractor.h"
-#include "deepuav/inertial/readout_turn.h"
+#include "deepuav/inertial/camera_turns.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/system/image_source.h"
 #include "deepuav/system/stage_clock.h"
@@ -26,20 +26,22 @@ class FrameFeed {
 /// Reads and extracts when asked.
 class SequentialFeed : public FrameFeed {
  public:
-  /// All arguments must outlive it. `turns`: of the camera during its images' readout; null: not
-  /// known.
+  /// All arguments must outlive it. `turns`: of the camera; null: not known.
   SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock,
-                 const ReadoutTurns* turns = nullptr);
+                 const CameraTurns* turns = nullptr);
   std::optional<Frame> Next() override;
 
  private:
   /// `turn_rad`: as the image's source knows it.
   void CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const;
+  /// By which the camera has turned since the image before.
+  std::optional<Eigen::Quaterniond> TurnTo(const TimedImage& image);
 
   ImageSource* images_;
   Extractor* extractor_;
   StageClock* clock_;
-  const ReadoutTurns* turns_;
+  const CameraTurns* turns_;
+  std::optional<Timestamp> last_time_;
 };
 
 /// Reads and extracts ahead on a thread of its own.

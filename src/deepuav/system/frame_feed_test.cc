@@ -44,7 +44,7 @@ TEST(SequentialFeed, CorrectsKeyPointsForWhatTheGyroscopeSays) {
   ImuStream imu;
   for (int i = 0; i < 100; ++i)
     imu.samples.push_back({{50'000'000 + i * 5'000'000}, {0, 0.5, 0}, Eigen::Vector3d::Zero()});
-  const ReadoutTurns turns(imu, 0.05, camera);
+  const CameraTurns turns(imu, 0.05, camera);
   std::vector<Features> features(2);
   for (Features& of : features) {
     for (float y : {0.f, 240.f, 480.f}) of.keypoints.push_back({{320, y}, {320, y}, 1, 1});
@@ -58,6 +58,8 @@ TEST(SequentialFeed, CorrectsKeyPointsForWhatTheGyroscopeSays) {
   EXPECT_FALSE(uncovered->turn_is_measured) << "it lies before the first sample";
   EXPECT_EQ(uncovered->features->keypoints[0].px.x(), 320);
   EXPECT_TRUE(covered->turn_is_measured);
+  EXPECT_FALSE(uncovered->turn_since_before);
+  EXPECT_FALSE(covered->turn_since_before) << "the samples begin after the image before";
   EXPECT_NEAR(covered->motion.turn_rad.y(), 0.01, 1e-12);
   // Turning to the right, the first row sees a thing further right than the middle one will.
   EXPECT_NEAR(covered->features->keypoints[0].px.x(), 320 - 400 * 0.005, 0.5);
@@ -65,6 +67,24 @@ TEST(SequentialFeed, CorrectsKeyPointsForWhatTheGyroscopeSays) {
   EXPECT_EQ(covered->features->keypoints[1].px.x(), 320);
   EXPECT_GT(covered->features->keypoints[2].px.x(), 321);
   EXPECT_EQ(covered->features->keypoints[2].image_px.x(), 320);
+}
+
+TEST(SequentialFeed, SaysHowTheCameraTurnedSinceTheImageBefore) {
+  ImuStream imu;
+  for (int i = 0; i < 100; ++i)
+    imu.samples.push_back({{i * 5'000'000}, {0, 0.5, 0}, Eigen::Vector3d::Zero()});
+  const CameraTurns turns(imu, 0.05, Camera());
+  NumberedImages images(3, 0.1);
+  PreparedFeatures extractor(CountingFeatures(3));
+  StageClock clock;
+  SequentialFeed feed(&images, &extractor, &clock, &turns);
+  EXPECT_FALSE(feed.Next()->turn_since_before);
+  for (int i = 1; i < 3; ++i) {
+    const auto frame = feed.Next();
+    ASSERT_TRUE(frame && frame->turn_since_before);
+    EXPECT_NEAR(RotationLog(*frame->turn_since_before).y(), -0.05, 1e-9);
+    EXPECT_FALSE(frame->turn_is_measured) << "within an image that is read at once";
+  }
 }
 
 TEST(PrefetchingFeed, GivesTheSameFrames) {

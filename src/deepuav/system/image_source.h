@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 
 #include "deepuav/base/ids.h"
@@ -17,6 +18,8 @@ struct TimedImage {
   /// How the camera turned from the first row to the last, in its own axes, where the source knows
   /// it and the run's sensors do not.
   std::optional<Eigen::Vector3d> turn_rad = {};
+  /// now_from_before since the image given before, likewise.
+  std::optional<Eigen::Quaterniond> turn_since_before = {};
 };
 
 /// Where the images come from. One thread at a time.

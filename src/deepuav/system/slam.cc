@@ -99,12 +99,10 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   }
   back_end_.StopWhen(stop);
   {
-    std::optional<ReadoutTurns> turns;
-    if (camera_.readout_s > 0)
-      turns.emplace(sensors_.imu.mount_is_known ? sensors_.imu : ImuStream{},
-                    options_.sensors.imu.max_imu_gap_s, camera_);
+    const CameraTurns turns(sensors_.imu.mount_is_known ? sensors_.imu : ImuStream{},
+                            options_.sensors.imu.max_imu_gap_s, camera_);
     SequentialFeed sequential(live && !images->KeepsPace() ? &live_images : images,
-                              perception_.extractor, &clock_, turns ? &*turns : nullptr);
+                              perception_.extractor, &clock_, &turns);
     std::optional<PrefetchingFeed> prefetching;
     std::unique_ptr<MappingLane> mapping;
     if (schedule == Schedule::kSequential) {

@@ -28,11 +28,13 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* 
     : options_(options),
       stages_(stages),
       initialiser_(camera.pinhole, options.initialiser, matcher),
-      locator_(camera, options.locator, matcher, stages) {
+      locator_(camera, options.locator, matcher, stages),
+      motion_(options.motion) {
   options_.Check();
 }
 
 TrackingResult Tracker::Track(const Frame& frame, bool mapping_idle) {
+  motion_.Turn(frame.time, frame.turn_since_before);
   return state_ == TrackingState::kInitialising ? Initialise(frame)
                                                 : TrackInMap(frame, mapping_idle);
 }
@@ -76,7 +78,7 @@ TrackingResult Tracker::Lost(const Frame& frame, std::string reason) {
   TrackingResult result;
   result.state = state_ = TrackingState::kLost;
   result.reason = std::move(reason);
-  motion_.Reset();
+  motion_.Lose();
   if (!last_time_) last_time_ = frame.time;
   const double lost_s = SecondsBetween(*last_time_, frame.time);
   if (++lost_frames_ <= options_.max_lost_frames && lost_s <= options_.max_lost_s) return result;
@@ -135,7 +137,8 @@ void Tracker::UseLocalMap(std::shared_ptr<const LocalMap> local_map) {
 LocationPrior Tracker::PriorFor(const Frame& frame) const {
   LocationPrior prior;
   prior.cam_from_world = motion_.Predict(frame.time);
-  if (const auto& last = motion_.last_cam_from_world())
+  prior.is_reckoned = motion_.is_lost();
+  if (const auto& last = motion_.last_cam_from_world(); last && !motion_.is_lost())
     prior.neighbour = TimedPose{motion_.last_time(), last->Inverse()};
   if (!last_) return prior;
   prior.reference = last_->anchored.keyframe;

@@ -22,6 +22,7 @@ struct TrackingOptions {
   InitialiserOptions initialiser;
   LocatorOptions locator;
   KeyframeOptions keyframes;
+  MotionOptions motion;
   RelocaliserOptions relocaliser;  ///< Of lost frames, by who finds them.
 
   void Check() const;
@@ -32,6 +33,7 @@ struct TrackingOptions {
     visit("max_lost_s", max_lost_s, "s", "time since the last pose with which a new map is started",
           Between(0, 1e6));
     visit.Part("", locator);  // initialiser and keyframes have names of their own
+    visit.Part("motion", motion);
     visit.Part("relocaliser", relocaliser);
   }
 };

@@ -1,4 +1,4 @@
-#include "deepuav/inertial/readout_turn.h"
+#include "deepuav/inertial/camera_turns.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +11,13 @@ constexpr double kLeastShare = 0.4;
 
 }  // namespace
 
-ReadoutTurns::ReadoutTurns(const ImuStream& imu, double max_gap_s, const Camera& camera)
+CameraTurns::CameraTurns(const ImuStream& imu, double max_gap_s, const Camera& camera)
     : camera_(camera),
       cam_from_imu_(imu.cam_from_imu.rotation()),
       integrator_(CleanSamples(imu.samples), imu.noise, max_gap_s) {}
 
-std::optional<Eigen::Vector3d> ReadoutTurns::At(Timestamp time) const {
-  if (integrator_.samples().empty()) return std::nullopt;
+std::optional<Eigen::Vector3d> CameraTurns::DuringReadout(Timestamp time) const {
+  if (camera_.readout_s == 0 || integrator_.samples().empty()) return std::nullopt;
   const auto half_ns = static_cast<int64_t>(std::llround(camera_.readout_s / 2 * 1e9));
   const Timestamp first =
       std::max(Timestamp{time.nanoseconds - half_ns}, integrator_.samples().front().time);
@@ -28,6 +28,12 @@ std::optional<Eigen::Vector3d> ReadoutTurns::At(Timestamp time) const {
   const std::optional<Preintegration> motion = integrator_.Between(first, last, {});
   if (!motion) return std::nullopt;
   return (cam_from_imu_ * RotationLog(motion->rotation) / covered).eval();
+}
+
+std::optional<Eigen::Quaterniond> CameraTurns::Between(Timestamp before, Timestamp now) const {
+  const std::optional<Preintegration> motion = integrator_.Between(before, now, {});
+  if (!motion) return std::nullopt;
+  return cam_from_imu_ * motion->rotation.conjugate() * cam_from_imu_.conjugate();
 }
 
 }  // namespace deepuav

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+
+#include "deepuav/geometry/camera.h"
+#include "deepuav/inertial/preintegration.h"
+
+namespace deepuav {
+
+/// How a gyroscope says that a camera turned: while it read an image, and from one image to
+/// another. Immutable: may be asked from any thread. Its bias is in what it says; its clock is
+/// taken to be the camera's.
+class CameraTurns {
+ public:
+  /// `max_gap_s`: between samples that are interpolated.
+  CameraTurns(const ImuStream& imu, double max_gap_s, const Camera& camera);
+
+  const Camera& camera() const { return camera_; }
+
+  /// The rotation vector from the first row to the last, in the camera's axes, of the image whose
+  /// middle row is of `time`; nothing where the camera reads all rows at once, or where the samples
+  /// do not cover about half of it. What a gyroscope errs by is small beside a detector's noise
+  /// then.
+  std::optional<Eigen::Vector3d> DuringReadout(Timestamp time) const;
+
+  /// now_from_before of the camera's axes; nothing where samples are missing or `now` does not come
+  /// after `before`.
+  std::optional<Eigen::Quaterniond> Between(Timestamp before, Timestamp now) const;
+
+ private:
+  const Camera camera_;
+  const Eigen::Quaterniond cam_from_imu_;
+  const ImuIntegrator integrator_;
+};
+
+}  // namespace deepuav
