@@ -62,7 +62,7 @@ struct BundleOptions {
   /// A step is the last only if, besides, cameras and calibration are to move by less than
   /// standard deviations of this square in all. Landmarks with wrong observations, which move on
   /// for long, then need not be waited for.
-  double max_last_move = 1e9;
+  double max_last_move = 1e8;
   int threads = 1;  ///< They change nothing in the result.
 
   void Check() const;
@@ -96,7 +96,7 @@ struct BundleOptions {
     visit("max_last_move", max_last_move, "",
           "square of the standard deviations by which cameras and calibration still move in the "
           "last step",
-          Above(0, 1e9));
+          Above(0, 1e8));
     visit("threads", threads, "", "threads, which change nothing in the result", Between(1, 64));
   }
 };

@@ -318,7 +318,7 @@ void SurveyGrowth::AdjustAround(int view, const std::function<bool()>& stop) {
     if (static_cast<int>(window.size()) == options_.window_views) break;
     window.push_back(other);
   }
-  constexpr double kAnyMove = 1e9;
+  constexpr double kAnyMove = 1e8;
   AdjustViews(*tracks_, *px_, window,
               {.max_iterations = kGrowIterations, .max_last_move = kAnyMove}, options_, stop,
               &state_);
