@@ -82,6 +82,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   }
   run.facts.wall_s = running.Seconds();
   run.facts.unreadable = images_.unreadable();
+  run.facts.damaged = dataset_->damaged();
   if (!options_.system.localise_only)
     NameImages(run.atlas, *dataset_, &run.facts.map_origin.image_names);
   run.facts.calibration = DescribeCalibration(dataset_->stored_camera(),

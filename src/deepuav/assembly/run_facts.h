@@ -28,6 +28,7 @@ struct RunFacts {
   std::vector<UsedModel> models;
   int images = 0;      ///< Asked for.
   int unreadable = 0;  ///< Left out because they could not be read.
+  int damaged = 0;     ///< Used as far as they go.
   double wall_s = 0;
   double start_up_s = 0;  ///< From the start of the program to the first frame's features.
   std::map<std::string, std::string> options;

@@ -172,6 +172,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                   {"frames",
                    {{"images", facts.images},
                     {"unreadable", facts.unreadable},
+                    {"damaged", facts.damaged},
                     {"skipped_late", result.skipped_late},
                     {"processed", processed},
                     {"tracked_online", CountTrackedOnline(result)},

@@ -1,25 +1,15 @@
 #include "deepuav/capture/ffmpeg_stream.h"
 
 extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
 #include <libswscale/swscale.h>
 }
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
+#include "deepuav/io/ffmpeg_handles.h"
 
 namespace deepuav {
 namespace {
-
-struct Freer {
-  void operator()(AVFormatContext* format) const { avformat_close_input(&format); }
-  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-template <typename T>
-using Owned = std::unique_ptr<T, Freer>;
 
 /// Images are handed on at once; a session description, a file, leads to the network.
 AVDictionary* OptionsFor(const std::string& address) {
@@ -52,10 +42,10 @@ class FfmpegStream::Reader {
   const double timeout_s_;
   Stopwatch since_asked_;
   const std::function<bool()>* stop_ = nullptr;
-  Owned<AVFormatContext> format_;
-  Owned<AVCodecContext> codec_;
-  Owned<AVPacket> packet_{av_packet_alloc()};
-  Owned<AVFrame> frame_{av_frame_alloc()};
+  FfmpegOwned<AVFormatContext> format_;
+  FfmpegOwned<AVCodecContext> codec_;
+  FfmpegOwned<AVPacket> packet_{av_packet_alloc()};
+  FfmpegOwned<AVFrame> frame_{av_frame_alloc()};
   SwsContext* to_grey_ = nullptr;
   int stream_ = -1;
   Stopwatch since_open_;

@@ -45,7 +45,9 @@ class Dataset {
   /// Throws Error naming the file when the frame cannot be read or has not the camera's size; the
   /// next can still be.
   virtual GreyImage Load(int frame) = 0;
-  /// The same in colour (blue, green, red), reduced to `size`, which is no larger than the stored
+  /// Frames loaded so far that the file holds damaged: they are given as far as they go.
+  virtual int damaged() const { return 0; }
+  /// The same as Load in colour (blue, green, red), reduced to `size`, which is no larger than the stored
   /// camera's. Of a JPEG that breaks off without the rows that are lost.
   virtual cv::Mat3b LoadColor(int frame, const cv::Size& size) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).

@@ -108,5 +108,67 @@ TEST_F(VideoDatasetTest, ATruncatedContainerYieldsWhatIsThere) {
   EXPECT_TRUE(failed > 0 || dataset->size() < kFrames);
 }
 
+TEST_F(VideoDatasetTest, AFrameThatCannotBeDecodedDoesNotShiftThoseAfterIt) {
+  std::string bytes = ReadAll(video_);
+  constexpr int kLost = 5;
+  size_t place = 0;
+  for (int i = 0; i <= kLost; ++i) place = bytes.find("\xff\xd8\xff", place + 1);
+  const size_t next = bytes.find("\xff\xd8\xff", place + 1);
+  ASSERT_NE(next, std::string::npos);
+  constexpr size_t kChunkHead = 8;
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(place),
+            bytes.begin() + static_cast<std::ptrdiff_t>(next - kChunkHead), '\0');
+  folder_.Write("flight.avi", bytes);
+  const auto dataset = OpenDataset(video_);
+  ASSERT_EQ(dataset->size(), kFrames);
+  EXPECT_EQ(ErrorOf([&] { dataset->Load(kLost); }),
+            video_.string() + " frame 5: cannot be decoded");
+  for (int frame : {6, 7, 4}) EXPECT_NEAR(Grey(dataset->Load(frame)), 20 * frame, 3) << frame;
+}
+
+/// Pictures of noise that moves, so that they build on one another and every byte counts.
+class BuildingVideoTest : public ::testing::Test {
+ protected:
+  static constexpr int kCount = 36;
+
+  BuildingVideoTest() : video_(folder_.path() / "flight.avi") {
+    folder_.Write("camera.yaml", kTestCameraYaml);
+    cv::VideoWriter writer(video_.string(), cv::CAP_FFMPEG,
+                           cv::VideoWriter::fourcc('X', 'V', 'I', 'D'), 25, cv::Size(64, 48));
+    cv::Mat3b noise(48, 64 + kCount);
+    cv::RNG random(3);
+    random.fill(noise, cv::RNG::UNIFORM, 0, 255);
+    for (int i = 0; i < kCount; ++i) writer.write(noise.colRange(i, i + 64));
+  }
+  int DamagedOfAll() {
+    const auto dataset = OpenDataset(video_);
+    for (int i = 0; i < dataset->size(); ++i) {
+      try {
+        dataset->Load(i);
+      } catch (const Error&) {  // left out
+      }
+    }
+    return dataset->damaged();
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path video_;
+};
+
+TEST_F(BuildingVideoTest, AWholeOneHasNoDamage) { EXPECT_EQ(DamagedOfAll(), 0); }
+
+TEST_F(BuildingVideoTest, DamageIsToldOfWhatBuildsOnItAndNotOfTheRest) {
+  std::string bytes = ReadAll(video_);
+  for (size_t i = bytes.size() / 2; i < bytes.size() / 2 + 400; ++i)
+    bytes[i] = static_cast<char>(bytes[i] ^ static_cast<char>(37 * i + 11));
+  folder_.Write("flight.avi", bytes);
+  const auto dataset = OpenDataset(video_);
+  dataset->Load(3);
+  EXPECT_EQ(dataset->damaged(), 0);
+  const int damaged = DamagedOfAll();
+  EXPECT_GT(damaged, 1);
+  EXPECT_LT(damaged, kCount / 2);
+}
+
 }  // namespace
 }  // namespace deepuav
