@@ -17,9 +17,9 @@ struct PushedImagesOptions {
   /// Images wait for the inertial samples until the end of their readout: what the camera turned by
   /// comes with them.
   bool with_turns = false;
+  double max_imu_gap_s = 0;  ///< Between samples that are interpolated.
   /// An image read at once does not wait for a sensor whose last sample is older than this.
   double silent_after_s = 1;
-  double max_imu_gap_s = 0;  ///< Between samples that are interpolated.
 };
 
 /// Images that are pushed by one thread and taken by another: the run. Thread-safe.

@@ -75,7 +75,8 @@ TEST(SequentialFeed, SaysHowTheCameraTurnedSinceTheImageBefore) {
     imu.samples.push_back({{i * 5'000'000}, {0, 0.5, 0}, Eigen::Vector3d::Zero()});
   const CameraTurns turns(imu, 0.05, Camera());
   NumberedImages images(3, 0.1);
-  PreparedFeatures extractor(CountingFeatures(3));
+  const auto features = CountingFeatures(3);
+  PreparedFeatures extractor(features);
   StageClock clock;
   SequentialFeed feed(&images, &extractor, &clock, &turns);
   EXPECT_FALSE(feed.Next()->turn_since_before);

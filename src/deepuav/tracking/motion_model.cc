@@ -1,6 +1,7 @@
 #include "deepuav/tracking/motion_model.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "deepuav/base/option_check.h"
 
@@ -19,9 +20,10 @@ void MotionModel::Reset() {
 
 void MotionModel::Turn(Timestamp time, const std::optional<Eigen::Quaterniond>& now_from_before) {
   if (turned_at_ && time <= *turned_at_) return;
-  turned_at_ = time;
+  const Timestamp before = std::exchange(turned_at_, time).value_or(time);
   if (turned_ && now_from_before) {
-    turned_ = (*now_from_before * *turned_).normalized();
+    const Eigen::Quaterniond unbiased = RotationExp(-bias_rad_s_ * SecondsBetween(before, time));
+    turned_ = (unbiased * *now_from_before * *turned_).normalized();
   } else {
     turned_.reset();
   }
@@ -72,7 +74,7 @@ SE3 MotionModel::Smooth(Timestamp time) const {
 
 std::optional<Eigen::Quaterniond> MotionModel::TurnedUntil(Timestamp time) const {
   if (!turned_ || turned_at_ != time) return std::nullopt;
-  return RotationExp(-bias_rad_s_ * SecondsBetween(last_time_, time)) * *turned_;
+  return turned_;
 }
 
 bool MotionModel::GyroscopeIsGood() const {

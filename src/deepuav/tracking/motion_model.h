@@ -67,7 +67,7 @@ class MotionModel {
 
  private:
   SE3 Smooth(Timestamp time) const;
-  /// How the camera turned since the last pose, the bias removed; nothing where it is not known.
+  /// How the camera turned since the last pose; nothing where it is not known.
   std::optional<Eigen::Quaterniond> TurnedUntil(Timestamp time) const;
   bool GyroscopeIsGood() const;
   void LearnFrom(Timestamp time, const SE3& cam_from_world);
@@ -78,7 +78,7 @@ class MotionModel {
   std::optional<Vector6d> velocity_per_s_;  ///< Log of now_from_before over the time between them.
   Eigen::Vector3d centre_velocity_per_s_ = Eigen::Vector3d::Zero();  ///< In the last pose's axes.
   bool is_lost_ = false;
-  std::optional<Eigen::Quaterniond> turned_;  ///< Since the last pose, as the gyroscope says...
+  std::optional<Eigen::Quaterniond> turned_;  ///< Since the last pose, without the bias...
   std::optional<Timestamp> turned_at_;        ///< ...until the frame of this time.
   Eigen::Vector3d bias_rad_s_ = Eigen::Vector3d::Zero();
   int learnt_ = 0;  ///< Turns that it was compared with.

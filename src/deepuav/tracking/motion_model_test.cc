@@ -116,7 +116,7 @@ TEST(MotionModel, LearnsAGyroscopesBias) {
   const SwingingCamera camera(0.1);
   camera.Track(0, 3, &model);
   for (int step = 3; step < 30; ++step) {
-    EXPECT_LT(Difference(camera.Predicted(step, &model), camera.PoseAt(step)), 1e-3) << step;
+    EXPECT_LT(Difference(camera.Predicted(step, &model), camera.PoseAt(step)), 2e-3) << step;
     model.Update(Seconds(step * SwingingCamera::kStepS), camera.PoseAt(step));
   }
 }
@@ -126,7 +126,7 @@ TEST(MotionModel, AWrongPoseDoesNotSpoilWhatIsKnownOfTheGyroscope) {
   const SwingingCamera camera(0.05);
   camera.Track(0, 40, &model);
   model.Turn(Seconds(4), camera.TurnTo(40));
-  model.Update(Seconds(4), SE3(RotationExp({1, 0, 2}), {}) * camera.PoseAt(40));
+  model.Update(Seconds(4), SE3(RotationExp({1, 0, 2}), Eigen::Vector3d::Zero()) * camera.PoseAt(40));
   camera.Track(41, 30, &model);
   EXPECT_LT(Difference(camera.Predicted(71, &model), camera.PoseAt(71)), 2e-3);
 }
