@@ -44,6 +44,15 @@ class Atlas {
     merged_into_[from] = into;
   }
 
+  /// Forgets all that `from` holds; who asks for it gets `into`.
+  void GiveUp(MapId from, MapId into) {
+    from = Current(from), into = Current(into);
+    assert(from != into);
+    At(from) = Map(from);
+    gauges_.erase(from);
+    merged_into_[from] = into;
+  }
+
   /// What the world of a map means; free unless it was changed.
   Gauge GaugeOf(MapId map) const {
     const auto found = gauges_.find(Current(map));

@@ -130,6 +130,9 @@ class Mapper {
   /// Gives a map's world another meaning: moves all of it.
   void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
 
+  /// Forgets a map that nothing is left of: who asks for it gets `instead`.
+  void GiveUp(MapId map, MapId instead) { atlas_->GiveUp(map, instead); }
+
   /// Removes what seems to lie on things that move, once nothing is adjusted to it any more.
   void SetAsideMoving(MapId map);
   /// How many landmarks that were.

@@ -47,6 +47,8 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
   };
   attempt([&] { AdjustAll(stop, result); });
   attempt([&] { MakeMetricAll(stop, result); });
+  BriefMaps brief(run_.atlas, run_.first_new_keyframe, options_.max_brief_frames);
+  if (!options_.localise_only) attempt([&] { brief.SetAside(&result->frames); });
   std::vector<ReckonedFrame> reckoned;
   attempt([&] { reckoned = BridgeByImu(result); });
   attempt([&] { GeoreferenceAll(stop, result); });
@@ -56,6 +58,7 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
   attempt([&] { EstimateCovariances(stop, result); });
   attempt([&] { TakeReckoned(*run_.atlas, reckoned, &result->frames); });
   attempt([&] { BridgeGaps(stop, std::move(features), &result->frames); });
+  attempt([&] { result->maps_given_up = RestoreBrief(&brief, stop, &result->frames); });
   attempt([&] { SetAsideMoving(); });
 }
 
@@ -138,13 +141,24 @@ void RunFinish::EstimateCovariances(const Stop& stop, SlamResult* result) const 
                              result->georeferences, stop);
 }
 
+FrameLocator RunFinish::MakeThoroughLocator() const {
+  LocatorOptions thorough = options_.tracking.locator;
+  thorough.reference_tries = options_.end_reference_tries;
+  return {*run_.camera, thorough, run_.matcher, nullptr};
+}
+
 void RunFinish::FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const {
   PlaceInMaps(*run_.atlas, records);
   const StageScope stage(run_.clock, "finish trajectory");
-  LocatorOptions thorough = options_.tracking.locator;
-  thorough.reference_tries = options_.end_reference_tries;
-  FrameLocator locator(*run_.camera, thorough, run_.matcher, nullptr);
+  FrameLocator locator = MakeThoroughLocator();
   MakeTrajectoryFinish(&locator).Finish(records, stop);
+}
+
+int RunFinish::RestoreBrief(BriefMaps* brief, const Stop& stop,
+                            std::vector<FrameRecord>* records) const {
+  const StageScope stage(run_.clock, "finish trajectory");
+  FrameLocator locator = MakeThoroughLocator();
+  return brief->Restore(MakeTrajectoryFinish(&locator), stop, run_.mapper, records);
 }
 
 void RunFinish::BridgeGaps(const Stop& stop, std::vector<std::shared_ptr<const Features>> features,

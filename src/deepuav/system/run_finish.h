@@ -6,6 +6,7 @@
 
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/matching/matcher.h"
+#include "deepuav/system/brief_maps.h"
 #include "deepuav/system/inertial_bridge.h"
 #include "deepuav/system/slam_result.h"
 #include "deepuav/system/stage_clock.h"
@@ -52,7 +53,10 @@ class RunFinish {
   std::vector<ReckonedFrame> BridgeByImu(SlamResult* result) const;
   void GeoreferenceAll(const Stop& stop, SlamResult* result) const;
   TrajectoryFinish MakeTrajectoryFinish(FrameLocator* locator) const;
+  FrameLocator MakeThoroughLocator() const;
   void FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const;
+  /// How many brief maps are given up.
+  int RestoreBrief(BriefMaps* brief, const Stop& stop, std::vector<FrameRecord>* records) const;
   void EstimateCovariances(const Stop& stop, SlamResult* result) const;
   void BridgeGaps(const Stop& stop, std::vector<std::shared_ptr<const Features>> features,
                   std::vector<FrameRecord>* records) const;

@@ -22,6 +22,7 @@ struct SlamResult {
   int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
   int maps_joined_by_imu = 0;
+  int maps_given_up = 0;            ///< As all their frames found a place in another: BriefMaps.
   int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
   std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.

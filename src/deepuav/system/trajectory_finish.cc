@@ -35,6 +35,11 @@ void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
     }
   }
   LocateDoubtful(records, stop);
+  LocateLost(records, stop);
+}
+
+void TrajectoryFinish::LocateLost(std::vector<FrameRecord>* records,
+                                  const std::function<bool()>& stop) const {
   LocateTowards(-1, records, stop);
   LocateTowards(+1, records, stop);
 }

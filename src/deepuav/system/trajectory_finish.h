@@ -25,6 +25,10 @@ class TrajectoryFinish {
   /// before each, says true.
   void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
+  /// The last step alone: frames without a pose from their located neighbours.
+  void LocateLost(std::vector<FrameRecord>* records,
+                  const std::function<bool()>& stop = nullptr) const;
+
   /// Of a located frame, by the landmarks that it saw and the map as it is.
   SE3 RefinedPose(const FrameRecord& record) const;
 
