@@ -42,8 +42,11 @@ SteadyClock::duration Interval(double rate_hz) {
 
 class AutopilotLink::Loop {
  public:
-  Loop(const LinkAddress& address, const AutopilotOptions& options, Ask ask)
-      : session_(options, SteadyNow()), interval_(Interval(options.rate_hz)), ask_(std::move(ask)) {
+  Loop(const LinkAddress& address, const AutopilotOptions& options, Ask ask,
+       AutopilotSession::Inertial inertial)
+      : session_(options, SteadyNow(), std::move(inertial)),
+        interval_(Interval(options.rate_hz)),
+        ask_(std::move(ask)) {
     Connect(address);
     asio::co_spawn(context_, Talk(), asio::detached);
     asio::co_spawn(context_, Listen(), asio::detached);
@@ -126,8 +129,9 @@ class AutopilotLink::Loop {
   std::thread thread_;
 };
 
-AutopilotLink::AutopilotLink(const LinkAddress& address, const AutopilotOptions& options, Ask ask)
-    : loop_(std::make_unique<Loop>(address, options, std::move(ask))) {}
+AutopilotLink::AutopilotLink(const LinkAddress& address, const AutopilotOptions& options, Ask ask,
+                             AutopilotSession::Inertial inertial)
+    : loop_(std::make_unique<Loop>(address, options, std::move(ask), std::move(inertial))) {}
 
 AutopilotLink::~AutopilotLink() = default;
 

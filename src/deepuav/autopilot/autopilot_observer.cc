@@ -42,6 +42,16 @@ void AutopilotObserver::OnFrame(const FrameRecord& record, const Frame& /*frame*
   estimator_.Add(image, MetricIn(record.map, record.map_revision));
 }
 
+std::optional<ImuSample> AutopilotObserver::AmongImages(ImuSample sample) {
+  const std::scoped_lock lock(mutex_);
+  const std::optional<int64_t> offset_ns = clock_.offset_ns();
+  if (!offset_ns) return std::nullopt;
+  sample.time.nanoseconds -= inertial_offset_.Towards(*offset_ns, sample.time.nanoseconds);
+  if (last_inertial_ && sample.time <= *last_inertial_) return std::nullopt;
+  last_inertial_ = sample.time;
+  return sample;
+}
+
 OdometryEstimator::Answer AutopilotObserver::At(int64_t time_ns) {
   const std::scoped_lock lock(mutex_);
   return estimator_.At(time_ns);

@@ -3,8 +3,10 @@
 #include <deque>
 #include <mutex>
 
+#include "deepuav/autopilot/gentle_offset.h"
 #include "deepuav/autopilot/odometry_estimator.h"
 #include "deepuav/autopilot/steady_image_clock.h"
+#include "deepuav/sensors/samples.h"
 #include "deepuav/system/run_observer.h"
 
 namespace deepuav {
@@ -19,6 +21,9 @@ class AutopilotObserver : public RunObserver {
   /// From this revision of the map on; nothing: it has no scale.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
   OdometryEstimator::Answer At(int64_t time_ns);
+  /// A sample on the machine's clock as one on the images', later than the one before; nothing
+  /// before the first image, or where it is not.
+  std::optional<ImuSample> AmongImages(ImuSample sample);
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
@@ -39,6 +44,8 @@ class AutopilotObserver : public RunObserver {
   mutable std::mutex mutex_;
   OdometryEstimator estimator_;
   SteadyImageClock clock_;
+  GentleOffset inertial_offset_;  ///< From the images' clock to the machine's.
+  std::optional<Timestamp> last_inertial_;
   std::deque<MetricSince> metrics_;  ///< The newest last.
 };
 

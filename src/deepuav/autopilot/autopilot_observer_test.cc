@@ -137,5 +137,27 @@ TEST(AutopilotObserver, TheMetricIsThatOfTheFramesRevision) {
   EXPECT_TRUE(origin_in(9).origin);
 }
 
+TEST(AutopilotObserver, BringsSamplesAmongTheImages) {
+  constexpr int64_t kSecond = 1'000'000'000, kImage = 5 * kSecond;
+  AutopilotObserver observer(Estimator());
+  EXPECT_FALSE(observer.AmongImages({{SteadyNow()}, {}, {}})) << "no image came";
+  const int64_t before = SteadyNow();
+  observer.Arrived({kImage}, Stopwatch());
+  const int64_t after = SteadyNow();
+  const auto sample = observer.AmongImages({{after}, {1, 2, 3}, {4, 5, 6}});
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->specific_force, Eigen::Vector3d(4, 5, 6));
+  EXPECT_GE(sample->time.nanoseconds, kImage);
+  EXPECT_LE(sample->time.nanoseconds, kImage + after - before);
+  EXPECT_FALSE(observer.AmongImages({{after}, {}, {}})) << "the same again";
+  EXPECT_FALSE(observer.AmongImages({{before - kSecond}, {}, {}}));
+  EXPECT_TRUE(observer.AmongImages({{after + 5'000'000}, {}, {}}));
+  // The images' clock jumps ahead.
+  observer.Arrived({1000 * kSecond}, Stopwatch());
+  const auto later = observer.AmongImages({{SteadyNow()}, {}, {}});
+  ASSERT_TRUE(later);
+  EXPECT_GE(later->time.nanoseconds, 1000 * kSecond);
+}
+
 }  // namespace
 }  // namespace deepuav

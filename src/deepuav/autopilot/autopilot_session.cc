@@ -41,10 +41,13 @@ bool IsSame(const std::optional<GeoPoint>& a, const std::optional<GeoPoint>& b) 
 
 void AutopilotOptions::Check() const { CheckOptions("", *this); }
 
-AutopilotSession::AutopilotSession(const AutopilotOptions& options, int64_t now_ns)
+AutopilotSession::AutopilotSession(const AutopilotOptions& options, int64_t now_ns,
+                                   Inertial inertial)
     : options_(options),
       start_ns_(now_ns),
+      inertial_(std::move(inertial)),
       writer_(options.system_id),
+      imu_(options.imu),
       heartbeat_ns_(now_ns - 60 * kSecond),
       question_ns_(heartbeat_ns_),
       text_ns_(heartbeat_ns_),
@@ -110,6 +113,7 @@ std::vector<std::string> AutopilotSession::Due(const OdometryEstimator::Answer& 
     due.push_back(writer_.Timesync(0, clock_.Ask(now_ns)));
   TellState(answer.why, now_ns, &due);
   TellOrigin(answer.origin, now_ns, &due);
+  TellOfInertial(now_ns, &due);
   const bool waits_for_clock =
       !clock_.is_known() && now_ns - start_ns_ < std::llround(options_.clock_wait_s * kSecond);
   if (!answer.odometry || waits_for_clock) return due;
@@ -127,7 +131,33 @@ void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
   // It has not heard what was said before.
   Log().info("autopilot: heard, system {}", system_id);
   told_.reset();
+  imu_.Restart();
   if (origin_) origin_tries_ = kOriginTries;
+}
+
+void AutopilotSession::TellOfInertial(int64_t now_ns, std::vector<std::string>* due) {
+  if (!options_.imu.wanted) return;
+  const bool is_there = autopilot_ns_ && now_ns - *autopilot_ns_ <= kAway;
+  if (is_there) {
+    const AutopilotImu::Ask ask = imu_.DueAsk(now_ns);
+    const auto request = [&](RequestedMessage message) {
+      due->push_back(writer_.RequestMessage(message, autopilot_system_, options_.imu.rate_hz));
+    };
+    if (ask.highres) request(RequestedMessage::kHighresImu);
+    if (ask.scaled) request(RequestedMessage::kScaledImu);
+  }
+  const std::optional<AutopilotImu::News> news = imu_.DueNews(now_ns);
+  if (!news) return;
+  due->push_back(writer_.StatusText(news->text, news->is_warning));
+  Log().log(news->is_warning ? spdlog::level::warn : spdlog::level::info, "autopilot: {} ({})",
+            news->text, news->why);
+}
+
+/// Of none but the autopilot whose heartbeat was heard.
+void AutopilotSession::TakeInertial(const InertialMessage& message, int64_t now_ns) {
+  if (!autopilot_ns_ || message.system_id != autopilot_system_) return;
+  const std::optional<ImuSample> sample = imu_.Take(message, clock_, now_ns);
+  if (sample && inertial_) inertial_(*sample);
 }
 
 std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64_t now_ns) {
@@ -138,8 +168,11 @@ std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64
     if (++answers_ > kMostAnswersPerSecond) return;
     answers.push_back(writer_.Timesync(clock_.TimeOf(now_ns), mark_ns));
   };
-  ReadMavlink(datagram, {[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
-                         [&] { origin_tries_ = 0; }});
+  MavlinkListener listener{[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
+                           [&] { origin_tries_ = 0; }};
+  if (options_.imu.wanted)
+    listener.inertial = [&](const InertialMessage& message) { TakeInertial(message, now_ns); };
+  ReadMavlink(datagram, listener);
   return answers;
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "deepuav/autopilot/autopilot_imu.h"
 #include "deepuav/autopilot/clock_sync.h"
 #include "deepuav/autopilot/mavlink_messages.h"
 #include "deepuav/base/option_bounds.h"
@@ -14,6 +16,7 @@ struct AutopilotOptions {
   int system_id = 1;             ///< Of MAVLink, as the vehicle's.
   bool vision_position = false;  ///< VISION_POSITION_ESTIMATE in place of ODOMETRY.
   double clock_wait_s = 3;       ///< For the autopilot's clock before times are the machine's own.
+  AutopilotImuOptions imu = {};
 
   /// Throws Error for values that cannot be.
   void Check() const;
@@ -23,6 +26,7 @@ struct AutopilotOptions {
     visit("system_id", system_id, "", "of MAVLink, as the vehicle's", Between(1, 255));
     visit("vision_position", vision_position, "", "VISION_POSITION_ESTIMATE in place of ODOMETRY");
     visit("clock_wait_s", clock_wait_s, "s", "for the autopilot's clock", Between(0, 60));
+    visit.Part("imu", imu);
   }
 };
 
@@ -30,7 +34,11 @@ struct AutopilotOptions {
 /// machine's clock.
 class AutopilotSession {
  public:
-  AutopilotSession(const AutopilotOptions& options, int64_t now_ns);
+  /// Of the autopilot's inertial sensor, in its body's axes, on the machine's clock.
+  using Inertial = std::function<void(const ImuSample& sample)>;
+
+  /// `inertial` is told where the options want samples.
+  AutopilotSession(const AutopilotOptions& options, int64_t now_ns, Inertial inertial = nullptr);
 
   /// The datagrams that are due, once an odometry.
   std::vector<std::string> Due(const OdometryEstimator::Answer& answer, int64_t now_ns);
@@ -48,11 +56,15 @@ class AutopilotSession {
                   std::vector<std::string>* due);
   uint64_t GrowingTime(int64_t time_ns);
   void Heartbeat(int system_id, int64_t now_ns);
+  void TakeInertial(const InertialMessage& message, int64_t now_ns);
+  void TellOfInertial(int64_t now_ns, std::vector<std::string>* due);
 
   const AutopilotOptions options_;
   const int64_t start_ns_;
+  const Inertial inertial_;
   MavlinkWriter writer_;
   ClockSync clock_;
+  AutopilotImu imu_;
   int64_t heartbeat_ns_, question_ns_, text_ns_, origin_ns_, answers_ns_;
   int answers_ = 0;  ///< To questions since then.
   int64_t last_time_us_ = 0;

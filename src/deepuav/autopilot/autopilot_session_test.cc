@@ -1,10 +1,10 @@
 #include "deepuav/autopilot/autopilot_session.h"
 
-#include <common/mavlink.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "deepuav/autopilot/testing/mavlink_bytes.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
 
@@ -16,41 +16,12 @@ using Silence = OdometryEstimator::Silence;
 constexpr int64_t kMs = 1'000'000, kSecond = 1000 * kMs, kStart = 100 * kSecond;
 constexpr uint8_t kVehicle = 7;
 
-std::vector<mavlink_message_t> Decoded(const std::vector<std::string>& datagrams) {
-  std::vector<mavlink_message_t> messages;
-  for (const std::string& datagram : datagrams) {
-    mavlink_message_t incoming = {}, message = {};
-    mavlink_status_t status = {}, message_status = {};
-    for (const char byte : datagram) {
-      if (mavlink_frame_char_buffer(&incoming, &status, static_cast<uint8_t>(byte), &message,
-                                    &message_status) == MAVLINK_FRAMING_OK)
-        messages.push_back(message);
-    }
-  }
-  return messages;
-}
-
-std::string Bytes(const mavlink_message_t& message) {
-  std::string bytes(MAVLINK_MAX_PACKET_LEN, '\0');
-  bytes.resize(mavlink_msg_to_send_buffer(reinterpret_cast<uint8_t*>(bytes.data()), &message));
-  return bytes;
-}
-
 std::string TimesyncFrom(uint8_t component, int64_t clock_ns, int64_t mark_ns) {
-  mavlink_status_t status = {};
-  mavlink_message_t message = {};
-  const mavlink_timesync_t timesync = {clock_ns, mark_ns};
-  mavlink_msg_timesync_encode_status(kVehicle, component, &status, &message, &timesync);
-  return Bytes(message);
+  return deepuav::TimesyncFrom(kVehicle, component, clock_ns, mark_ns);
 }
 
 std::string HeartbeatFrom(uint8_t component, uint8_t autopilot) {
-  mavlink_status_t status = {};
-  mavlink_message_t message = {};
-  mavlink_heartbeat_t heartbeat = {};
-  heartbeat.autopilot = autopilot;
-  mavlink_msg_heartbeat_encode_status(kVehicle, component, &status, &message, &heartbeat);
-  return Bytes(message);
+  return deepuav::HeartbeatFrom(kVehicle, component, autopilot);
 }
 
 OdometryEstimator::Answer AnswerAt(int64_t time_ns) {
@@ -87,12 +58,6 @@ class AutopilotSessionTest : public testing::Test {
       for (const auto& message : Decoded(session_->Due(answer, now_))) all.push_back(message);
     }
     return all;
-  }
-  static std::vector<mavlink_message_t> Of(const std::vector<mavlink_message_t>& all, uint32_t id) {
-    std::vector<mavlink_message_t> some;
-    for (const mavlink_message_t& message : all)
-      if (message.msgid == id) some.push_back(message);
-    return some;
   }
   static std::string Text(const mavlink_message_t& message) {
     char text[51] = {};

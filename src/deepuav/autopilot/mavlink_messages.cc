@@ -115,7 +115,51 @@ std::string MavlinkWriter::GlobalOrigin(const GeoPoint& origin, int target_syste
   });
 }
 
+std::string MavlinkWriter::RequestMessage(RequestedMessage message, int target_system,
+                                          double rate_hz) {
+  constexpr double kMicroseconds = 1e6;
+  mavlink_command_long_t packed = {};
+  packed.command = MAV_CMD_SET_MESSAGE_INTERVAL;
+  packed.target_system = static_cast<uint8_t>(target_system);
+  packed.target_component = MAV_COMP_ID_AUTOPILOT1;
+  packed.param1 = message == RequestedMessage::kHighresImu ? MAVLINK_MSG_ID_HIGHRES_IMU
+                                                           : MAVLINK_MSG_ID_SCALED_IMU;
+  packed.param2 = static_cast<float>(kMicroseconds / rate_hz);
+  return Pack([&](mavlink_status_t* status, mavlink_message_t* out) {
+    mavlink_msg_command_long_encode_status(system_id_, kComponent, status, out, &packed);
+  });
+}
+
 namespace {
+
+InertialMessage HighresOf(const mavlink_message_t& message) {
+  constexpr uint16_t kAllSix = 0x3f;  // Of accelerometer and gyroscope.
+  mavlink_highres_imu_t imu;
+  mavlink_msg_highres_imu_decode(&message, &imu);
+  InertialMessage told;
+  told.system_id = message.sysid;
+  told.is_highres = true;
+  told.sensor = imu.id;
+  // Some say nothing of what they measured.
+  told.is_measured = imu.fields_updated == 0 || (imu.fields_updated & kAllSix) == kAllSix;
+  if (imu.time_usec <= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()))
+    told.time_us = static_cast<int64_t>(imu.time_usec);
+  told.angular_velocity = Eigen::Vector3d(imu.xgyro, imu.ygyro, imu.zgyro);
+  told.specific_force = Eigen::Vector3d(imu.xacc, imu.yacc, imu.zacc);
+  return told;
+}
+
+InertialMessage ScaledOf(const mavlink_message_t& message) {
+  constexpr double kMilli = 1e-3, kStandardGravity = 9.80665;
+  mavlink_scaled_imu_t imu;
+  mavlink_msg_scaled_imu_decode(&message, &imu);
+  InertialMessage told;
+  told.system_id = message.sysid;
+  told.time_us = int64_t{1000} * imu.time_boot_ms;
+  told.angular_velocity = kMilli * Eigen::Vector3d(imu.xgyro, imu.ygyro, imu.zgyro);
+  told.specific_force = kMilli * kStandardGravity * Eigen::Vector3d(imu.xacc, imu.yacc, imu.zacc);
+  return told;
+}
 
 void Tell(const mavlink_message_t& message, const MavlinkListener& listener) {
   if (message.compid != MAV_COMP_ID_AUTOPILOT1) return;
@@ -130,6 +174,12 @@ void Tell(const mavlink_message_t& message, const MavlinkListener& listener) {
       break;
     case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
       listener.global_origin();
+      break;
+    case MAVLINK_MSG_ID_HIGHRES_IMU:
+      if (listener.inertial) listener.inertial(HighresOf(message));
+      break;
+    case MAVLINK_MSG_ID_SCALED_IMU:
+      if (listener.inertial) listener.inertial(ScaledOf(message));
       break;
     default:
       break;

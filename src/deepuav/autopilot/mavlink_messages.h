@@ -8,6 +8,8 @@
 
 namespace deepuav {
 
+enum class RequestedMessage { kHighresImu, kScaledImu };
+
 /// Makes MAVLink 2 messages, as bytes of one datagram each. Thread-compatible. Times: microseconds.
 class MavlinkWriter {
  public:
@@ -22,6 +24,8 @@ class MavlinkWriter {
   /// At most 50 letters of it. `is_warning`, else a notice.
   std::string StatusText(std::string_view text, bool is_warning);
   std::string GlobalOrigin(const GeoPoint& origin, int target_system, uint64_t time_us);
+  /// A wish for the autopilot's messages of this kind, so often.
+  std::string RequestMessage(RequestedMessage message, int target_system, double rate_hz);
 
  private:
   template <typename Encode>
@@ -31,11 +35,23 @@ class MavlinkWriter {
   uint8_t sequence_ = 0;
 };
 
+/// What an autopilot's inertial sensor says, in its body's axes: x forward, y right, z down.
+struct InertialMessage {
+  int system_id = 0;
+  bool is_highres = false;  ///< HIGHRES_IMU, else the coarser SCALED_IMU.
+  int sensor = 0;
+  bool is_measured = true;  ///< Since the message before.
+  int64_t time_us = 0;      ///< On the autopilot's clock; 0 where it is none.
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< rad/s
+  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();    ///< m/s^2
+};
+
 /// What an autopilot says that concerns us.
 struct MavlinkListener {
   std::function<void(int system_id)> heartbeat;  ///< Of an autopilot.
   std::function<void(int64_t clock_ns, int64_t mark_ns)> timesync;
   std::function<void()> global_origin;
+  std::function<void(const InertialMessage& message)> inertial = {};  ///< May be none.
 };
 
 /// Reads one datagram; whatever is no whole message with a right checksum is left aside.

@@ -25,8 +25,14 @@ void SteadyImageClock::Arrived(Timestamp time, int64_t arrival_ns) {
 }
 
 std::optional<int64_t> SteadyImageClock::SteadyOf(Timestamp time) const {
+  const std::optional<int64_t> offset = offset_ns();
+  if (!offset) return std::nullopt;
+  return time.nanoseconds + *offset;
+}
+
+std::optional<int64_t> SteadyImageClock::offset_ns() const {
   if (offsets_ns_.empty()) return std::nullopt;
-  return time.nanoseconds + *std::min_element(offsets_ns_.begin(), offsets_ns_.end());
+  return *std::min_element(offsets_ns_.begin(), offsets_ns_.end());
 }
 
 }  // namespace deepuav

@@ -17,6 +17,8 @@ class SteadyImageClock {
   void Arrived(Timestamp time, int64_t arrival_ns);
   /// Nothing before the first image.
   std::optional<int64_t> SteadyOf(Timestamp time) const;
+  /// What is to be added to an image's time; nothing before the first.
+  std::optional<int64_t> offset_ns() const;
 
  private:
   std::deque<int64_t> offsets_ns_;  ///< Of the latest images, from their times to their arrival's.

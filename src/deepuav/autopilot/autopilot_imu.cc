@@ -1,0 +1,134 @@
+#include "deepuav/autopilot/autopilot_imu.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace deepuav {
+namespace {
+
+constexpr int64_t kSecond = 1'000'000'000;
+constexpr int64_t kMostAhead = kSecond / 5;  // A clock that was found by a slow answer.
+constexpr int64_t kLeastInterval = kSecond / 2000;
+constexpr int64_t kMostClock_us = (int64_t{1} << 61) / 1000;
+constexpr int64_t kHighresGone = 2 * kSecond;  // Then the coarse message takes its place.
+constexpr int64_t kCountFor = kSecond;         // To tell a rate.
+constexpr int64_t kStopped = 2 * kSecond;
+constexpr int64_t kNoneCame = 10 * kSecond;
+constexpr double kFirstPause_s = 1, kLongestPause_s = 30;
+constexpr double kEnough = 0.8;  // Of the rate that was asked for.
+constexpr int kAsksForHighresAlone = 3;
+
+double Seconds(int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+
+}  // namespace
+
+bool AutopilotImu::IsPlausible(const InertialMessage& message) const {
+  const auto within = [](const Eigen::Vector3d& vector, double most) {
+    return vector.allFinite() && vector.cwiseAbs().maxCoeff() <= most;
+  };
+  return message.is_measured && within(message.specific_force, options_.max_specific_force) &&
+         within(message.angular_velocity, options_.max_angular_velocity);
+}
+
+bool AutopilotImu::IsOfTheSensor(const InertialMessage& message, int64_t now_ns) {
+  if (message.is_highres) {
+    if (sensor_.value_or(message.sensor) != message.sensor) return false;
+    sensor_ = message.sensor;
+    highres_ns_ = now_ns;
+    return true;
+  }
+  return !IsFine(now_ns);
+}
+
+bool AutopilotImu::IsFine(int64_t now_ns) const {
+  return highres_ns_ && now_ns - *highres_ns_ <= kHighresGone;
+}
+
+std::optional<ImuSample> AutopilotImu::Take(const InertialMessage& message, const ClockSync& clock,
+                                            int64_t now_ns) {
+  const auto leave = [](int64_t* count) {
+    ++*count;
+    return std::nullopt;
+  };
+  if (!IsPlausible(message)) return leave(&left_aside_.implausible);
+  if (!IsOfTheSensor(message, now_ns)) return leave(&left_aside_.other_sensor);
+  if (counted_since_ns_) ++counted_;
+  if (!counted_since_ns_) counted_since_ns_ = now_ns;
+  if (!clock.is_known()) return leave(&left_aside_.before_clock);
+  if (message.time_us <= 0 || message.time_us > kMostClock_us)
+    return leave(&left_aside_.out_of_time);
+  const int64_t time_ns = 1000 * message.time_us - offset_.Towards(clock.TimeOf(0), now_ns);
+  const int64_t age_ns = now_ns - time_ns;
+  const bool is_about_now = age_ns >= -kMostAhead && Seconds(age_ns) <= options_.max_age_s;
+  if (!is_about_now || (last_ns_ && time_ns - *last_ns_ < kLeastInterval))
+    return leave(&left_aside_.out_of_time);
+  last_ns_ = time_ns;
+  taken_ns_ = now_ns;
+  return ImuSample{{time_ns}, message.angular_velocity, message.specific_force};
+}
+
+void AutopilotImu::Restart() {
+  sensor_.reset();
+  highres_ns_.reset();
+  asked_ns_.reset();
+  pause_s_ = kFirstPause_s;
+  asks_ = 0;
+}
+
+void AutopilotImu::MeasureRate(int64_t now_ns) {
+  if (!counted_since_ns_) return;
+  const int64_t counted_for = now_ns - *counted_since_ns_;
+  if (counted_for < kCountFor) return;
+  rate_hz_ = counted_ / Seconds(counted_for);
+  counted_since_ns_ = now_ns;
+  if (std::exchange(counted_, 0) == 0) counted_since_ns_.reset();
+}
+
+AutopilotImu::Ask AutopilotImu::DueAsk(int64_t now_ns) {
+  MeasureRate(now_ns);
+  if (asked_ns_ && rate_hz_ >= kEnough * options_.rate_hz) {
+    pause_s_ = kFirstPause_s;
+    return {};
+  }
+  if (asked_ns_ && Seconds(now_ns - *asked_ns_) < pause_s_) return {};
+  // An autopilot whose link does not bear the rate is left in peace, though not for ever: the
+  // question may have been lost.
+  if (asked_ns_) pause_s_ = std::min(2 * pause_s_, kLongestPause_s);
+  asked_ns_ = now_ns;
+  if (!first_asked_ns_) first_asked_ns_ = now_ns;
+  const bool scaled = ++asks_ > kAsksForHighresAlone && !highres_ns_;
+  return {true, scaled};
+}
+
+std::string AutopilotImu::WhyNone() const {
+  if (left_aside_.before_clock > 0) return "they come, but its clock is not known (TIMESYNC)";
+  if (left_aside_.out_of_time > 0) return "they come, but their times are of another clock";
+  if (left_aside_.implausible > 0) return "they come, but are none that a sensor can measure";
+  return "none came, though it was asked for HIGHRES_IMU and SCALED_IMU";
+}
+
+std::optional<AutopilotImu::News> AutopilotImu::DueNews(int64_t now_ns) {
+  if (!taken_ns_) {
+    if (!first_asked_ns_ || now_ns - *first_asked_ns_ < kNoneCame) return std::nullopt;
+    if (std::exchange(said_there_are_none_, true)) return std::nullopt;
+    return News{"SLAM: no inertial samples", WhyNone(), true};
+  }
+  const bool comes = now_ns - *taken_ns_ < kStopped;
+  if (comes == says_they_come_ || (comes && rate_hz_ == 0)) return std::nullopt;
+  says_they_come_ = comes;
+  if (comes) {
+    return News{fmt::format("SLAM: inertial samples of the autopilot at {:.0f} Hz", rate_hz_),
+                IsFine(now_ns) ? "HIGHRES_IMU" : "SCALED_IMU", false};
+  }
+  const LeftAside& left = left_aside_;
+  return News{
+      "SLAM: inertial samples of the autopilot stopped",
+      fmt::format("left aside until now: {} implausible, {} of other sensors, {} before the "
+                  "clock was known, {} out of time",
+                  left.implausible, left.other_sensor, left.before_clock, left.out_of_time),
+      true};
+}
+
+}  // namespace deepuav
