@@ -19,33 +19,30 @@ Sim3 WithoutHeading(const Sim3& level_from_world) {
           Eigen::Vector3d::Zero()};
 }
 
-/// Those that the path may need, whatever the clocks.
-ImuStream SamplesAlong(const Trajectory& path, const ImuStream& imu) {
-  constexpr int64_t kBeyond_ns = 1'000'000'000;
-  const auto is_earlier = [](const ImuSample& sample, int64_t time_ns) {
-    return sample.time.nanoseconds < time_ns;
-  };
-  const auto at = [&](int64_t time_ns) {
-    return std::lower_bound(imu.samples.begin(), imu.samples.end(), time_ns, is_earlier);
-  };
-  ImuStream along{imu.source, imu.noise, imu.cam_from_imu, {}, imu.mount_is_known};
-  along.samples.assign(at(path.front().time.nanoseconds - kBeyond_ns),
-                       at(path.back().time.nanoseconds + kBeyond_ns));
-  return along;
+/// What clocks may be apart: the path may need samples so far beyond its ends.
+constexpr double kBeyond_s = 1;
+
+Timestamp Later(Timestamp time, double seconds) {
+  return {time.nanoseconds + static_cast<int64_t>(1e9 * seconds)};
 }
 
 }  // namespace
 
-RunningAlignment::RunningAlignment(const ImuStream& imu, const InertialOptions& options)
+RunningAlignment::RunningAlignment(const ImuWindow& imu, const InertialOptions& options)
     : imu_(imu), options_(options), wait_s_(options.running_wait_s) {
   options_.min_pose_interval_s =
       std::max(options.min_pose_interval_s, options.running_pose_interval_s);
+}
+
+double RunningAlignment::KeepSeconds(const InertialOptions& options, double most_behind_s) {
+  return options.running_window_s + kBeyond_s + most_behind_s;
 }
 
 void RunningAlignment::Restart() {
   path_.clear();
   tried_at_.reset();
   told_.reset();
+  refusal_.clear();
   wait_s_ = options_.running_wait_s;
 }
 
@@ -60,7 +57,10 @@ std::optional<MetricWorld> RunningAlignment::Add(const TimedPose& pose) {
   if (SecondsBetween(path_.front().time, pose.time) < options_.min_duration_s) return std::nullopt;
   if (tried_at_ && SecondsBetween(*tried_at_, pose.time) < wait_s_) return std::nullopt;
   tried_at_ = pose.time;
-  const InertialAttempt attempt = AlignInertially(path_, SamplesAlong(path_, imu_), options_);
+  const ImuStream along =
+      imu_.Between(Later(path_.front().time, -kBeyond_s), Later(path_.back().time, kBeyond_s));
+  const InertialAttempt attempt = AlignInertially(path_, along, options_);
+  refusal_ = attempt.reason;
   if (!attempt.found) return std::nullopt;
   wait_s_ = std::min(2 * wait_s_, options_.running_window_s);
   const MetricWorld found{WithoutHeading(attempt.found->level_from_world),

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
+#include "deepuav/inertial/imu_window.h"
 #include "deepuav/inertial/inertial_alignment.h"
 
 namespace deepuav {
@@ -20,7 +22,10 @@ struct MetricWorld {
 class RunningAlignment {
  public:
   /// `imu` must outlive it.
-  RunningAlignment(const ImuStream& imu, const InertialOptions& options);
+  RunningAlignment(const ImuWindow& imu, const InertialOptions& options);
+
+  /// For how long a window must keep samples for poses that are up to so much older than them.
+  static double KeepSeconds(const InertialOptions& options, double most_behind_s);
 
   /// The next pose. Says what is new, if anything; takes its time then, and when it looked in vain.
   std::optional<MetricWorld> Add(const TimedPose& pose);
@@ -28,16 +33,19 @@ class RunningAlignment {
   void Restart();
 
   const std::optional<MetricWorld>& told() const { return told_; }
+  /// Why the latest try found nothing, for a person; empty where it did, or none was made.
+  const std::string& refusal() const { return refusal_; }
 
  private:
   bool IsNews(const MetricWorld& found) const;
 
-  const ImuStream& imu_;
+  const ImuWindow& imu_;
   InertialOptions options_;
   Trajectory path_;                    ///< The latest part.
   std::optional<Timestamp> tried_at_;  ///< When it looked last...
   double wait_s_;                      ///< ...and for how long it waits from then on.
   std::optional<MetricWorld> told_;
+  std::string refusal_;
 };
 
 }  // namespace deepuav

@@ -27,7 +27,8 @@ ImuStream StreamOf(const InertialFlight& flight, double end_s = kEnd_s) {
 
 /// What is told along a path, and when.
 std::vector<std::pair<double, MetricWorld>> Told(const Trajectory& path, const ImuStream& imu) {
-  RunningAlignment running(imu, {});
+  const ImuWindow window(imu, 0);
+  RunningAlignment running(window, {});
   std::vector<std::pair<double, MetricWorld>> told;
   for (const TimedPose& pose : path) {
     if (const auto news = running.Add(pose))
@@ -73,12 +74,48 @@ TEST(RunningAlignment, SaysNothingOfAStraightFlight) {
   const Straight flight;
   const ImuStream imu = StreamOf(flight);
   EXPECT_TRUE(Told(PathOf(flight, 1, kEnd_s), imu).empty());
+  const ImuWindow window(imu, 0);
+  RunningAlignment running(window, {});
+  for (const TimedPose& pose : PathOf(flight, 1, 8)) running.Add(pose);
+  EXPECT_FALSE(running.refusal().empty());
+  running.Restart();
+  EXPECT_TRUE(running.refusal().empty());
+}
+
+TEST(RunningAlignment, SamplesThatComeInPiecesTellTheSame) {
+  constexpr double kAhead_s = 2, kLong_s = 90;
+  const InertialFlight flight;
+  const ImuStream imu = StreamOf(flight, kLong_s);
+  const Trajectory path = PathOf(flight, 1, kLong_s);
+  const auto whole = Told(path, imu);
+  ASSERT_FALSE(whole.empty());
+  ImuStream sensor = imu;
+  sensor.samples.clear();
+  ImuWindow window(sensor, RunningAlignment::KeepSeconds({}, kAhead_s));
+  RunningAlignment running(window, {});
+  size_t next = 0, told = 0;
+  for (const TimedPose& pose : path) {
+    for (;
+         next < imu.samples.size() && SecondsBetween(pose.time, imu.samples[next].time) < kAhead_s;
+         ++next)
+      window.Add(imu.samples[next]);
+    const auto news = running.Add(pose);
+    if (!news) continue;
+    ASSERT_LT(told, whole.size());
+    const auto& [t, world] = whole[told++];
+    EXPECT_EQ(SecondsBetween(AtSeconds(0), pose.time), t);
+    EXPECT_EQ(news->metric_from_world.scale(), world.metric_from_world.scale());
+    EXPECT_EQ(news->scale_sigma, world.scale_sigma);
+  }
+  EXPECT_EQ(told, whole.size());
+  EXPECT_LT(window.size(), imu.samples.size() / 2);
 }
 
 TEST(RunningAlignment, StartsAnew) {
   const InertialFlight flight;
   const ImuStream imu = StreamOf(flight);
-  RunningAlignment running(imu, {});
+  const ImuWindow window(imu, 0);
+  RunningAlignment running(window, {});
   const Trajectory path = PathOf(flight, 1, kEnd_s);
   size_t next = 0;
   while (!running.told() && next < path.size()) running.Add(path[next++]);

@@ -8,11 +8,13 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kWaitingPoses = 256;
+constexpr double kRefusalEvery_s = 10;
+constexpr double kMostBehind_s = 30;  // Poses that wait or come late, behind the samples.
 
 }  // namespace
 
 MetricWatch::MetricWatch(ImuStream imu, const InertialOptions& options, Tell tell)
-    : imu_(std::move(imu)),
+    : imu_(std::move(imu), RunningAlignment::KeepSeconds(options, kMostBehind_s)),
       tell_(std::move(tell)),
       poses_(kWaitingPoses),
       running_(imu_, options),
@@ -38,6 +40,14 @@ void MetricWatch::OnGauge(MapId map, int64_t /*revision*/, const Gauge& gauge) {
   known_.insert(map);
 }
 
+/// Only while there are none, and seldom.
+void MetricWatch::TellRefusal(const SeenPose& seen) {
+  if (running_.told() || running_.refusal().empty()) return;
+  if (refused_at_ && SecondsBetween(*refused_at_, seen.pose.time) < kRefusalEvery_s) return;
+  refused_at_ = seen.pose.time;
+  Log().info("map {} has no metres yet: {}", seen.map.value, running_.refusal());
+}
+
 void MetricWatch::Work() {
   std::optional<SeenPose> last;
   while (const std::optional<SeenPose> seen = poses_.Pop()) {
@@ -46,6 +56,7 @@ void MetricWatch::Work() {
     if (!goes_on) running_.Restart();
     last = seen;
     const std::optional<MetricWorld> news = running_.Add(seen->pose);
+    TellRefusal(*seen);
     if (!news) continue;
     Log().info("map {} has metres meanwhile, to {:.1f} %, by the IMU", seen->map.value,
                100 * news->scale_sigma);

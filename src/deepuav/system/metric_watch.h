@@ -19,10 +19,15 @@ class MetricWatch : public RunObserver {
   /// Told in the watch's thread: from this revision of the map on.
   using Tell = std::function<void(MapId map, int64_t revision, const MetricWorld& world)>;
 
+  /// `imu`: the sensor, with all its samples or such as are there already.
   MetricWatch(ImuStream imu, const InertialOptions& options, Tell tell);
   ~MetricWatch() override;
   MetricWatch(const MetricWatch&) = delete;
   MetricWatch& operator=(const MetricWatch&) = delete;
+
+  /// A sample that comes while the run goes on, in any thread; one whose time does not grow is left
+  /// aside. Only those are kept that the path's latest part may need.
+  void AddSample(const ImuSample& sample) { imu_.Add(sample); }
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
@@ -38,13 +43,15 @@ class MetricWatch : public RunObserver {
   };
 
   void Work();
+  void TellRefusal(const SeenPose& seen);
 
-  const ImuStream imu_;
+  ImuWindow imu_;
   const Tell tell_;
   BoundedQueue<SeenPose> poses_;
   std::mutex mutex_;
   std::set<MapId> known_;  ///< Maps that have metres.
   RunningAlignment running_;
+  std::optional<Timestamp> refused_at_;  ///< When it was said last that there are no metres.
   std::thread thread_;
 };
 

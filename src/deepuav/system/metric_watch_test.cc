@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "support/inertial_flight.h"
@@ -28,13 +29,22 @@ struct Told {
   MetricWorld world;
 };
 
+/// When samples come: all before the first pose, or each pose after those up to so much later.
+struct Delivery {
+  std::optional<double> ahead_s;
+};
+
 /// What is told of a flight whose map becomes another, or moves, where `change` says so.
 std::vector<Told> Watch(const std::function<void(double t, FrameRecord*)>& change,
-                        std::optional<Gauge> gauge = std::nullopt) {
+                        std::optional<Gauge> gauge = std::nullopt, Delivery delivery = {}) {
   std::vector<Told> told;
   std::mutex mutex;
+  ImuStream imu = Stream();
+  std::vector<ImuSample> to_come;
+  if (delivery.ahead_s) to_come = std::exchange(imu.samples, {});
+  auto next = to_come.begin();
   {
-    MetricWatch watch(Stream(), {}, [&](MapId map, int64_t revision, const MetricWorld& world) {
+    MetricWatch watch(imu, {}, [&](MapId map, int64_t revision, const MetricWorld& world) {
       const std::scoped_lock lock(mutex);
       told.push_back({map, revision, world});
     });
@@ -42,6 +52,9 @@ std::vector<Told> Watch(const std::function<void(double t, FrameRecord*)>& chang
     const Trajectory path =
         InertialFlight().CameraPath(1, kEnd_s, kRate_hz, kCamFromImu, kWorldFromLevel);
     for (const TimedPose& pose : path) {
+      for (; next != to_come.end() && SecondsBetween(pose.time, next->time) <= *delivery.ahead_s;
+           ++next)
+        watch.AddSample(*next);
       FrameRecord record;
       record.time = pose.time;
       record.map = MapId{0};
@@ -58,6 +71,23 @@ TEST(MetricWatch, TellsMetresOnTheWay) {
   ASSERT_FALSE(told.empty());
   EXPECT_EQ(told.front().map, MapId{0});
   EXPECT_EQ(told.front().revision, 3);
+  EXPECT_NEAR(told.back().world.metric_from_world.scale() * kWorldFromLevel.scale(), 1, 0.02);
+}
+
+TEST(MetricWatch, SamplesThatComeInPiecesTellTheSame) {
+  const auto stay = [](double, FrameRecord*) {};
+  const auto whole = Watch(stay), pieces = Watch(stay, {}, {1.1});
+  ASSERT_FALSE(whole.empty());
+  ASSERT_EQ(pieces.size(), whole.size());
+  for (size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(pieces[i].world.metric_from_world.scale(), whole[i].world.metric_from_world.scale());
+    EXPECT_EQ(pieces[i].world.scale_sigma, whole[i].world.scale_sigma);
+  }
+}
+
+TEST(MetricWatch, SamplesThatComeAfterTheirPosesAreEnough) {
+  const auto told = Watch([](double, FrameRecord*) {}, {}, {-0.03});
+  ASSERT_FALSE(told.empty());
   EXPECT_NEAR(told.back().world.metric_from_world.scale() * kWorldFromLevel.scale(), 1, 0.02);
 }
 
