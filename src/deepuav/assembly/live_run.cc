@@ -13,6 +13,10 @@ namespace deepuav {
 namespace {
 
 constexpr int kRememberedFrames = 10'000;  // Unless the options say otherwise.
+/// A day's samples would take a gigabyte. The latest half an hour at 200 Hz, 20 MB, covers the
+/// frames that are remembered closely enough to be joined by them: the older ones are thinned out.
+constexpr size_t kKeptImuSamples = 360'000;
+constexpr double kMostImuWait_s = 0.02;  // Poses are late by this where samples are later.
 constexpr int kFullShare = 10;  // One of so many at most is remembered with all that it saw.
 
 /// Passes everything on, and measures when poses come.
@@ -126,6 +130,18 @@ std::optional<ImuStream> LiveRun::Imu() const {
   ImuStream imu = dataset_->ReadSensors().imu;
   if (imu.samples.empty()) return std::nullopt;
   return imu;
+}
+
+void LiveRun::ExpectImu(ImuStream sensor) {
+  push_.imu = std::move(sensor);
+  push_.imu_is_synchronised = false;
+  push_.max_imu_wait_s = kMostImuWait_s;
+  push_.kept_imu_samples = kKeptImuSamples;
+}
+
+void LiveRun::FeedImu(const ImuSample& sample) {
+  const std::scoped_lock lock(mutex_);
+  if (run_) run_->FeedImu(sample);
 }
 
 LiveStatus LiveRun::status() const {

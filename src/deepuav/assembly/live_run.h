@@ -50,6 +50,13 @@ class LiveRun {
   LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings);
   ~LiveRun();
 
+  /// Samples of this sensor will come, which is fixed to the camera and has a clock of its own.
+  /// Only before Run.
+  void ExpectImu(ImuStream sensor);
+  /// A sample on the images' times, later than the one before; left aside where no run is under
+  /// way. Thread-safe.
+  void FeedImu(const ImuSample& sample);
+
   /// Until the source ends or `stop` says true; waits until what is being saved is there, and
   /// leaves the last saving to the caller. What ends it early is told in the result. Throws Error
   /// for networks and maps that are missing, damaged or do not fit.
@@ -81,7 +88,7 @@ class LiveRun {
   LatencyMeter latency_;
   mutable std::mutex mutex_;  ///< Of the pointers, while the run goes on.
   const LiveFeed* feed_ = nullptr;
-  const PushedRun* run_ = nullptr;
+  PushedRun* run_ = nullptr;
   LiveStatus last_;  ///< Once it is over.
 };
 

@@ -1,6 +1,7 @@
 #include "deepuav/assembly/pushed_images.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "deepuav/base/error.h"
@@ -39,6 +40,7 @@ bool PushedImages::Push(GreyImage image, Timestamp time, double decode_s) {
     ++skipped_;
   }
   last_time_ = time;
+  since_push_.Restart();
   images_.push_back({FrameId{pushed_++}, time, std::move(image), decode_s});
   filled_.notify_one();
   return true;
@@ -53,7 +55,16 @@ void PushedImages::PushImu(const ImuSample& sample) {
                 sample.time.nanoseconds, imu_.samples.back().time.nanoseconds);
   }
   imu_.samples.push_back(sample);
+  ForgetOldSamples();
   filled_.notify_one();
+}
+
+/// Seldom, as those that stay are moved.
+void PushedImages::ForgetOldSamples() {
+  const size_t kept = options_.kept_samples, count = imu_.samples.size();
+  if (kept == 0 || count <= kept + kept / 2) return;
+  const auto first = imu_.samples.begin();
+  imu_.samples.erase(first, first + static_cast<std::ptrdiff_t>(count - kept));
 }
 
 void PushedImages::Close() {
@@ -101,11 +112,24 @@ bool PushedImages::IsSilentAt(Timestamp time) const {
 /// Who waits to push an image may be the one who would push the samples.
 bool PushedImages::MayGoUncovered() const { return waits_in_vain_ || (blocked_ > 0 && !HasRoom()); }
 
+bool PushedImages::HasWaited() const {
+  return options_.max_wait_s && since_push_.Seconds() >= *options_.max_wait_s;
+}
+
+bool PushedImages::MayGive() const {
+  return closed_ || (!images_.empty() && (FrontIsCovered() || MayGoUncovered() || HasWaited()));
+}
+
 std::optional<TimedImage> PushedImages::Next() {
   std::unique_lock lock(mutex_);
-  filled_.wait(lock, [this] {
-    return closed_ || (!images_.empty() && (FrontIsCovered() || MayGoUncovered()));
-  });
+  while (!MayGive()) {
+    if (images_.empty() || !options_.max_wait_s) {
+      filled_.wait(lock);
+    } else {
+      const double left_s = *options_.max_wait_s - since_push_.Seconds();
+      filled_.wait_for(lock, std::chrono::duration<double>(left_s));
+    }
+  }
   if (images_.empty()) return std::nullopt;
   waits_in_vain_ = false;
   TimedImage image = std::move(images_.front());

@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <optional>
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/sensors/streams.h"
@@ -20,6 +21,11 @@ struct PushedImagesOptions {
   double max_imu_gap_s = 0;  ///< Between samples that are interpolated.
   /// An image read at once does not wait for a sensor whose last sample is older than this.
   double silent_after_s = 1;
+  /// None waits longer for samples, once the newest was pushed; nothing: as long as it takes.
+  std::optional<double> max_wait_s = {};
+  /// Of the latest samples, so many at least are kept for the run's end, and half as many again at
+  /// most; 0: all are.
+  size_t kept_samples = 0;
 };
 
 /// Images that are pushed by one thread and taken by another: the run. Thread-safe.
@@ -40,7 +46,7 @@ class PushedImages : public ImageSource {
   /// Those inside are not given any more either.
   void Abandon();
 
-  /// The stream with all samples pushed. Only once closed.
+  /// The stream with the samples pushed, as far as they are kept. Only once closed.
   ImuStream TakeImu();
   int pushed() const;
   /// Overtaken by newer ones.
@@ -56,8 +62,11 @@ class PushedImages : public ImageSource {
   /// Whether the samples reach beyond the first image's readout.
   bool FrontIsCovered() const;
   bool MayGoUncovered() const;
+  bool MayGive() const;
+  bool HasWaited() const;
   bool IsSilentAt(Timestamp time) const;
   void AddTurns(TimedImage* image) const;
+  void ForgetOldSamples();
 
   const Camera camera_;
   const PushedImagesOptions options_;
@@ -67,6 +76,7 @@ class PushedImages : public ImageSource {
   std::deque<TimedImage> images_;
   std::optional<Timestamp> last_time_;   ///< Of images pushed...
   std::optional<Timestamp> given_time_;  ///< ...and given.
+  Stopwatch since_push_;                 ///< Of the newest.
   int pushed_ = 0, skipped_ = 0;
   int blocked_ = 0;             ///< Calls of Push that wait for room.
   bool waits_in_vain_ = false;  ///< The image before was overtaken before its samples came.

@@ -131,6 +131,40 @@ TEST(PushedImages, ReadAtOnceDoNotWaitForASensorThatIsSilent) {
   EXPECT_FALSE(images.Next()->turn_since_before);
 }
 
+TEST(PushedImages, WaitNoLongerForSamplesThanAllowed) {
+  PushedImages images(RollingCamera(), {},
+                      {.newest_only = true, .with_turns = true, .max_wait_s = 0.05});
+  for (int64_t ms : {100, 200, 300}) {
+    images.PushImu(SampleAt(ms - 40));
+    images.Push(SomeImage(), {ms * kMs}, 0);
+    const Stopwatch waited;
+    const auto image = images.Next();
+    ASSERT_TRUE(image);
+    EXPECT_FALSE(image->turn_rad);
+    EXPECT_GT(waited.Seconds(), 0.02);
+  }
+  EXPECT_EQ(images.skipped(), 0);
+  images.Push(SomeImage(), {400 * kMs}, 0);
+  images.PushImu(SampleAt(420));
+  EXPECT_TRUE(images.Next());
+}
+
+TEST(PushedImages, OfSamplesTheLatestAreKept) {
+  constexpr int64_t kCount = 100'000;
+  ImuStream sensor;
+  sensor.source = "sensor";
+  PushedImages images(Camera(), sensor, {.kept_samples = 1000});
+  for (int64_t ms = 1; ms <= kCount; ++ms) images.PushImu(SampleAt(ms));
+  images.Close();
+  const ImuStream imu = images.TakeImu();
+  EXPECT_EQ(imu.source, "sensor");
+  ASSERT_GE(imu.samples.size(), 1000u);
+  EXPECT_LE(imu.samples.size(), 1500u);
+  EXPECT_EQ(imu.samples.back().time.nanoseconds, kCount * kMs);
+  EXPECT_EQ(imu.samples.front().time.nanoseconds,
+            (kCount + 1 - static_cast<int64_t>(imu.samples.size())) * kMs);
+}
+
 TEST(PushedImages, LiveTheNewestWins) {
   PushedImages images(RollingCamera(), {}, {.newest_only = true});
   for (int64_t time : {1, 2, 3}) images.Push(SomeImage(), {time}, 0);

@@ -37,7 +37,15 @@ PushedImagesOptions QueueOf(const PushRequest& request, const SystemOptions& opt
   queue.newest_only = request.schedule == "live";
   queue.with_turns = request.imu.has_value();
   queue.max_imu_gap_s = options.sensors.imu.max_imu_gap_s;
+  queue.max_wait_s = request.max_imu_wait_s;
+  queue.kept_samples = request.kept_imu_samples;
   return queue;
+}
+
+/// As its images are to be treated while they wait.
+Camera QueuedCamera(Camera camera, const PushRequest& request) {
+  if (!request.imu_is_synchronised) camera.readout_s = 0;
+  return camera;
 }
 
 void CheckGrows(Timestamp last, Timestamp time, const char* what) {
@@ -60,7 +68,7 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
       camera_(loaded_ ? loaded_->camera
                       : WorkingCamera(request_.camera, settings_->options.images.working_pixels)),
       eyes_(camera_, settings_->options),
-      images_(camera_, request_.imu.value_or(ImuStream{}),
+      images_(QueuedCamera(camera_, request_), request_.imu.value_or(ImuStream{}),
               QueueOf(request_, settings_->options.system)),
       gnss_(request_.gnss),
       barometer_(request_.barometer) {

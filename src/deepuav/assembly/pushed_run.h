@@ -22,6 +22,11 @@ struct PushRequest {
   int queue_size = 4;  ///< Images that may wait; live: 1 does.
   /// Where the sensors are, and their noise; without samples.
   std::optional<ImuStream> imu;
+  /// Whether its samples' times are those of the images to the millisecond: else they do not tell
+  /// what the camera turned by while it read an image, and none waits for that.
+  bool imu_is_synchronised = true;
+  std::optional<double> max_imu_wait_s;  ///< For which an image waits for samples at most.
+  size_t kept_imu_samples = 0;           ///< Of the latest, for the run's end; 0: all.
   GnssStream gnss;
   BarometerStream barometer;
   std::string kind = "pushed images", source;  ///< For the summary: what they are, and of what.
