@@ -37,6 +37,25 @@ SE3 MountOf(const AutopilotArguments& arguments, const LiveRun& live) {
   return MountOfRosBody(*body_from_cam);
 }
 
+/// The autopilot's: its body is the sensor's frame, and its noise is what the options say.
+ImuStream SensorOf(const AutopilotArguments& arguments, const SE3& body_from_cam) {
+  ImuStream sensor;
+  sensor.source = "the autopilot at " + arguments.address;
+  sensor.cam_from_imu = body_from_cam.Inverse();
+  return sensor;
+}
+
+std::unique_ptr<MetricWatch> WatchMetric(std::optional<ImuStream> imu,
+                                         const InertialOptions& options,
+                                         AutopilotObserver* observer) {
+  if (!imu) return nullptr;
+  return std::make_unique<MetricWatch>(
+      std::move(*imu), options, [observer](MapId map, int64_t revision, const MetricWorld& world) {
+        observer->UseMetric(map, revision,
+                            MetricFromMap{world.metric_from_world, world.scale_sigma, {}});
+      });
+}
+
 OdometryEstimator EstimatorFor(const SE3& body_from_cam) {
   return {body_from_cam, OdometryOptions{}, std::make_unique<ConstantVelocity>()};
 }
@@ -51,6 +70,10 @@ void AddAutopilotArguments(CLI::App& command, AutopilotArguments& arguments) {
   command
       .add_flag("--mavlink-vision", arguments.options.vision_position,
                 "By VISION_POSITION_ESTIMATE in place of ODOMETRY")
+      ->needs(mavlink);
+  command
+      .add_flag("--mavlink-imu", arguments.options.imu.wanted,
+                "Ask the autopilot for its inertial samples, which give the map metres")
       ->needs(mavlink);
   command.add_option("--mavlink-system", arguments.options.system_id, "Number of the vehicle")
       ->check(CLI::Range(1, 255).description(""))
@@ -74,29 +97,40 @@ void AddAutopilotArguments(CLI::App& command, AutopilotArguments& arguments) {
       ->needs(mavlink);
 }
 
-AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3& body_from_cam)
-    : observer_(EstimatorFor(body_from_cam)),
-      link_(ParseLinkAddress(arguments.address), arguments.options,
-            [this](int64_t now_ns) { return observer_.At(now_ns); }) {}
+AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3& body_from_cam,
+                                 std::optional<ImuStream> imu, const InertialOptions& inertial,
+                                 LiveRun* live)
+    : live_(live),
+      observer_(EstimatorFor(body_from_cam)),
+      watch_(WatchMetric(std::move(imu), inertial, &observer_)),
+      link_(
+          ParseLinkAddress(arguments.address), arguments.options,
+          [this](int64_t now_ns) { return observer_.At(now_ns); },
+          [this](const ImuSample& sample) { Take(sample); }) {}
+
+void AutopilotTeller::Take(const ImuSample& sample) {
+  const std::optional<ImuSample> among_images = observer_.AmongImages(sample);
+  if (!among_images) return;
+  live_->FeedImu(*among_images);
+  watch_->AddSample(*among_images);
+}
 
 std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& arguments,
-                                                const LiveRequest& request, const LiveRun& live) {
+                                                const LiveRequest& request,
+                                                const InertialOptions& inertial, LiveRun* live) {
   if (arguments.address.empty()) return nullptr;
   if (request.pace.speed != 1)
     throw WrongUse("--mavlink: speeds are those of a vehicle only at --speed 1");
-  return std::make_unique<AutopilotTeller>(arguments, MountOf(arguments, live));
-}
-
-std::unique_ptr<MetricWatch> WatchMetric(const LiveRun& live, const InertialOptions& options,
-                                         AutopilotTeller* teller) {
-  std::optional<ImuStream> imu = live.Imu();
-  if (!imu) return nullptr;
-  AutopilotObserver* const observer = teller->observer();
-  return std::make_unique<MetricWatch>(
-      std::move(*imu), options, [observer](MapId map, int64_t revision, const MetricWorld& world) {
-        observer->UseMetric(map, revision,
-                            MetricFromMap{world.metric_from_world, world.scale_sigma, {}});
-      });
+  const SE3 body_from_cam = MountOf(arguments, *live);
+  std::optional<ImuStream> imu;
+  if (arguments.options.imu.wanted) {
+    imu = SensorOf(arguments, body_from_cam);
+    live->ExpectImu(*imu);
+  } else {
+    imu = live->Imu();
+  }
+  return std::make_unique<AutopilotTeller>(arguments, body_from_cam, std::move(imu), inertial,
+                                           live);
 }
 
 }  // namespace deepuav

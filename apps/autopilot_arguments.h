@@ -21,25 +21,32 @@ struct AutopilotArguments {
 
 void AddAutopilotArguments(CLI::App& command, AutopilotArguments& arguments);
 
-/// Tells an autopilot where the vehicle is from the beginning to the end of its life.
+/// Tells an autopilot where the vehicle is from the beginning to the end of its life, and hears its
+/// inertial samples where the options want them.
 class AutopilotTeller {
  public:
-  AutopilotTeller(const AutopilotArguments& arguments, const SE3& body_from_cam);
+  /// `imu`: a sensor that gives the map metres on the way, if there is one, fixed to the camera:
+  /// with its samples, or the autopilot's own, which `live` gets then, too. `live` must outlive it.
+  AutopilotTeller(const AutopilotArguments& arguments, const SE3& body_from_cam,
+                  std::optional<ImuStream> imu, const InertialOptions& inertial, LiveRun* live);
 
   AutopilotObserver* observer() { return &observer_; }
+  /// Null where no sensor gives the map metres.
+  MetricWatch* metric_watch() { return watch_.get(); }
 
  private:
+  void Take(const ImuSample& sample);
+
+  LiveRun* const live_;
   AutopilotObserver observer_;
-  AutopilotLink link_;
+  std::unique_ptr<MetricWatch> watch_;
+  AutopilotLink link_;  ///< Its thread uses the others.
 };
 
-/// Null where no autopilot was named. Throws WrongUse for arguments that cannot be.
+/// Null where no autopilot was named. `live` must outlive it, and was not run before. Throws
+/// WrongUse for arguments that cannot be.
 std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& arguments,
-                                                const LiveRequest& request, const LiveRun& live);
-
-/// Tells the autopilot's teller of metres that an IMU gives the map on the way; null where the
-/// source has none. `teller` must outlive it.
-std::unique_ptr<MetricWatch> WatchMetric(const LiveRun& live, const InertialOptions& options,
-                                         AutopilotTeller* teller);
+                                                const LiveRequest& request,
+                                                const InertialOptions& inertial, LiveRun* live);
 
 }  // namespace deepuav

@@ -87,16 +87,15 @@ void Run(const LiveArguments& arguments) {
   ObserverList observers;
   hooks.observer = &observers;
 #if DEEPUAV_WITH_MAVLINK
-  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, live);
+  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, inertial, &live);
   if (autopilot) {
     AutopilotObserver* const observer = autopilot->observer();
     observers.Add(observer);
     hooks.arrived = [observer](Timestamp time, const Stopwatch& since_arrival) {
       observer->Arrived(time, since_arrival);
     };
+    if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
   }
-  const auto metric_watch = autopilot ? WatchMetric(live, inertial, autopilot.get()) : nullptr;
-  if (metric_watch) observers.Add(metric_watch.get());
 #endif
 #if DEEPUAV_WITH_REPORT
   const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());

@@ -278,7 +278,8 @@ class AutopilotTest(unittest.TestCase):
                                 (("--mavlink", "udp:no.such.host.invalid:14540"), "no.such.host.invalid"),
                                 (("--mavlink", "udp:127.0.0.1:1", "--mount", "sideways"), "sideways"),
                                 (("--mavlink", "udp:127.0.0.1:1", "--speed", "2"), "--speed"),
-                                (("--mount", "down"), "--mavlink"), (("--mavlink-vision",), "--mavlink")):
+                                (("--mount", "down"), "--mavlink"), (("--mavlink-vision",), "--mavlink"),
+                                (("--mavlink-imu",), "--mavlink")):
             done = subprocess.run([DEEPUAV, "live", self.scene, "--out", self.scratch / "misuse", *arguments],
                                   capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
             self.assertIn(done.returncode, (1, 2), arguments)

@@ -87,8 +87,10 @@ void AutopilotSession::TellState(Silence why, int64_t now_ns, std::vector<std::s
   if (!std::exchange(warned_of_scale_, true)) {
     Log().warn(
         "autopilot: {}: positions need a map in metres, as one of an earlier run with IMU or "
-        "position fixes (--map)",
-        TextOf(why));
+        "position fixes (--map){}",
+        TextOf(why),
+        options_.imu.wanted ? ", or what its inertial samples will tell of this one"
+                            : ", or its inertial samples (--mavlink-imu)");
   }
 }
 
