@@ -14,6 +14,7 @@ void AutopilotObserver::Arrived(Timestamp time, const Stopwatch& since_arrival) 
   const int64_t arrival_ns = SteadyNow() - std::llround(1e9 * since_arrival.Seconds());
   const std::scoped_lock lock(mutex_);
   clock_.Arrived(time, arrival_ns);
+  inertial_clock_.Arrived(time, arrival_ns);
 }
 
 void AutopilotObserver::UseMetric(MapId map, int64_t revision,
@@ -44,7 +45,7 @@ void AutopilotObserver::OnFrame(const FrameRecord& record, const Frame& /*frame*
 
 std::optional<ImuSample> AutopilotObserver::AmongImages(ImuSample sample) {
   const std::scoped_lock lock(mutex_);
-  const std::optional<int64_t> offset_ns = clock_.offset_ns();
+  const std::optional<int64_t> offset_ns = inertial_clock_.offset_ns();
   if (!offset_ns) return std::nullopt;
   sample.time.nanoseconds -= inertial_offset_.Towards(*offset_ns, sample.time.nanoseconds);
   if (last_inertial_ && sample.time <= *last_inertial_) return std::nullopt;

@@ -44,6 +44,9 @@ class AutopilotObserver : public RunObserver {
   mutable std::mutex mutex_;
   OdometryEstimator estimator_;
   SteadyImageClock clock_;
+  /// Samples must not move against images: one that came without delay is among these, even where
+  /// others use the machine for seconds.
+  SteadyImageClock inertial_clock_{600, 10};
   GentleOffset inertial_offset_;  ///< From the images' clock to the machine's.
   std::optional<Timestamp> last_inertial_;
   std::deque<MetricSince> metrics_;  ///< The newest last.

@@ -67,5 +67,16 @@ TEST(SteadyImageClock, IsThatOfTheImagesThatCameFastest) {
   EXPECT_EQ(clock.SteadyOf(Timestamp{3601 * kSecond}), 21 * kSecond);
 }
 
+TEST(SteadyImageClock, AMachineThatIsHeldUpForSecondsDoesNotMoveALongMemory) {
+  SteadyImageClock clock(600, 10);
+  for (int i = 0; i < 300; ++i) {
+    const int64_t delay = i < 20 ? kMs * (i % 3) : kMs * (200 + 1500 * (i % 2));
+    clock.Arrived(Timestamp{50 * kMs * i}, 7 * kSecond + 50 * kMs * i + delay);
+  }
+  EXPECT_EQ(clock.offset_ns(), 7 * kSecond);
+  clock.Arrived(Timestamp{3600 * kSecond}, 20 * kSecond);
+  EXPECT_EQ(clock.offset_ns(), -3580 * kSecond) << "another clock";
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -4,12 +4,6 @@
 #include <cstdlib>
 
 namespace deepuav {
-namespace {
-
-constexpr size_t kLatest = 60;
-constexpr int64_t kJump = 1'000'000'000;  // Nanoseconds: then it is another clock.
-
-}  // namespace
 
 int64_t SteadyNow() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -19,9 +13,12 @@ int64_t SteadyNow() {
 
 void SteadyImageClock::Arrived(Timestamp time, int64_t arrival_ns) {
   const int64_t offset_ns = arrival_ns - time.nanoseconds;
-  if (!offsets_ns_.empty() && std::abs(offset_ns - offsets_ns_.back()) > kJump) offsets_ns_.clear();
+  const auto is_other_clock = [&](int64_t before_ns) {
+    return 1e-9 * static_cast<double>(std::abs(offset_ns - before_ns)) > jump_s_;
+  };
+  if (!offsets_ns_.empty() && is_other_clock(offsets_ns_.back())) offsets_ns_.clear();
   offsets_ns_.push_back(offset_ns);
-  if (offsets_ns_.size() > kLatest) offsets_ns_.pop_front();
+  if (offsets_ns_.size() > latest_) offsets_ns_.pop_front();
 }
 
 std::optional<int64_t> SteadyImageClock::SteadyOf(Timestamp time) const {

@@ -14,6 +14,11 @@ int64_t SteadyNow();
 /// delays only ever add. Thread-compatible.
 class SteadyImageClock {
  public:
+  /// `latest`: images; `jump_s`: between an image and the one before, from which on it is another
+  /// clock.
+  explicit SteadyImageClock(size_t latest = 60, double jump_s = 1)
+      : latest_(latest), jump_s_(jump_s) {}
+
   void Arrived(Timestamp time, int64_t arrival_ns);
   /// Nothing before the first image.
   std::optional<int64_t> SteadyOf(Timestamp time) const;
@@ -21,6 +26,8 @@ class SteadyImageClock {
   std::optional<int64_t> offset_ns() const;
 
  private:
+  const size_t latest_;
+  const double jump_s_;
   std::deque<int64_t> offsets_ns_;  ///< Of the latest images, from their times to their arrival's.
 };
 
