@@ -1,5 +1,6 @@
 """Batches of pairs for the matcher, drawn in other processes while the network learns."""
 
+import gc
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -69,6 +70,10 @@ class PairBatches:
         return next(self._batches).to(self._device)
 
     def _from(self, step: int) -> Iterator[GlueBatch]:
+        if self._workers:
+            # Forked processes inherit what waits for the garbage collector, but no threads: one that
+            # freed a network of OpenVINO there would wait for the network's threads for ever.
+            gc.collect()
         return iter(DataLoader(
             self._steps, batch_size=None, sampler=itertools.count(step), num_workers=self._workers,
             prefetch_factor=_AHEAD if self._workers else None, pin_memory=self._device != "cpu"))

@@ -1,3 +1,5 @@
+import gc
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -117,6 +119,30 @@ def test_batches_are_the_same_whoever_draws_them(source):
         for a, b in zip(vars(own.at(step)).values(), vars(others.at(step)).values(), strict=True):
             assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
     assert torch.equal(own.at(1).keypoints[0][0], torch.from_numpy(source.draw(2).keypoints[0]))
+
+
+class LeftInACycle:
+    """Only the garbage collector frees it; that ends any process but the one that made it."""
+
+    def __init__(self):
+        self.itself, self.maker = self, os.getpid()
+
+    def __del__(self):
+        if os.getpid() != self.maker:
+            os._exit(1)
+
+
+def test_those_who_draw_free_nothing_of_what_the_run_left(source, monkeypatch):
+    draw = source.draw
+
+    def draw_and_collect(*which):
+        gc.collect()
+        return draw(*which)
+
+    monkeypatch.setattr(source, "draw", draw_and_collect)
+    LeftInACycle()
+    batches = PairBatches(source, 2, workers=1)
+    assert batches.at(0).scores[0].shape == (2, 12)
 
 
 def test_some_batches_have_more_points(tmp_path):
