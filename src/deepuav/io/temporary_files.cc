@@ -18,6 +18,8 @@ constexpr size_t kSlots = 64;
 
 // Null where free. Filled under the mutex; a signal handler, which cannot wait, only takes out.
 std::array<std::atomic<char*>, kSlots> slots;
+// What the handler took out of each: freed where it is filled again, since a handler cannot free.
+std::array<std::atomic<char*>, kSlots> removed;
 std::mutex mutex;
 static_assert(std::atomic<char*>::is_always_lock_free);
 
@@ -33,9 +35,10 @@ std::string AbsoluteName(const fs::path& file) {
 void RememberTemporaryFile(const fs::path& file) {
   const std::string name = AbsoluteName(file);
   const std::lock_guard lock(mutex);
-  for (std::atomic<char*>& slot : slots) {
-    if (slot) continue;
-    slot = ::strdup(name.c_str());
+  for (size_t i = 0; i < kSlots; ++i) {
+    if (slots[i]) continue;
+    std::free(removed[i].exchange(nullptr));
+    slots[i] = ::strdup(name.c_str());
     return;
   }
 }
@@ -52,8 +55,11 @@ void ForgetTemporaryFile(const fs::path& file) {
 }
 
 void RemoveTemporaryFiles() noexcept {
-  for (std::atomic<char*>& slot : slots) {
-    if (const char* name = slot.exchange(nullptr)) ::unlink(name);
+  for (size_t i = 0; i < kSlots; ++i) {
+    char* name = slots[i].exchange(nullptr);
+    if (!name) continue;
+    ::unlink(name);
+    removed[i] = name;
   }
 }
 
