@@ -32,6 +32,7 @@ TemporaryFile::~TemporaryFile() {
 std::optional<int64_t> TemporaryFile::Append(std::span<const std::byte> bytes) {
   if (!file_) file_ = OpenNamelessFile();
   if (!file_ || std::fseek(file_, end_, SEEK_SET) != 0) return std::nullopt;
+  if (bytes.empty()) return end_;  // C's functions take no null pointer, not even for nothing.
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size() || std::fflush(file_) != 0)
     return std::nullopt;
   const int64_t at = end_;
@@ -40,6 +41,7 @@ std::optional<int64_t> TemporaryFile::Append(std::span<const std::byte> bytes) {
 }
 
 void TemporaryFile::Read(int64_t at, std::span<std::byte> bytes) {
+  if (bytes.empty()) return;
   if (!file_ || std::fseek(file_, at, SEEK_SET) != 0 ||
       std::fread(bytes.data(), 1, bytes.size(), file_) != bytes.size())
     throw Error("a temporary file cannot be read back: {}", std::strerror(errno));

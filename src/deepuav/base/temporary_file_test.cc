@@ -32,6 +32,14 @@ TEST(TemporaryFile, GivesBackWhatWasAppended) {
   EXPECT_EQ(read, Three(20));
 }
 
+TEST(TemporaryFile, NothingCanBeAppendedAndReadBack) {
+  TemporaryFile file;
+  EXPECT_EQ(file.Append({}), 0);
+  EXPECT_EQ(file.Append(Three(1)), 0);
+  EXPECT_EQ(file.Append({}), 3);
+  file.Read(3, {});
+}
+
 TEST(TemporaryFile, PastTheEndIsAnError) {
   TemporaryFile file;
   std::array<std::byte, 3> read{};
