@@ -126,7 +126,8 @@ TEST(MotionModel, AWrongPoseDoesNotSpoilWhatIsKnownOfTheGyroscope) {
   const SwingingCamera camera(0.05);
   camera.Track(0, 40, &model);
   model.Turn(Seconds(4), camera.TurnTo(40));
-  model.Update(Seconds(4), SE3(RotationExp({1, 0, 2}), Eigen::Vector3d::Zero()) * camera.PoseAt(40));
+  model.Update(Seconds(4),
+               SE3(RotationExp({1, 0, 2}), Eigen::Vector3d::Zero()) * camera.PoseAt(40));
   camera.Track(41, 30, &model);
   EXPECT_LT(Difference(camera.Predicted(71, &model), camera.PoseAt(71)), 2e-3);
 }
