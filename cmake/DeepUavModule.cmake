@@ -4,7 +4,7 @@
 # One library target of the folder's sources, and one test program of its *_test.cc, but for those that EXCLUDE matches.
 # Modules are made so that they can become part of the shared library, which shows nothing of them. DEPENDS are the modules whose headers
 # this one may include: tests/include_graph_test.py holds the sources to them. OPENVINO_TESTS, a filter as of
-# --gtest_filter, picks the tests that run a network; ctest knows them by the label "openvino".
+# --gtest_filter, picks the tests that run a network; ctest knows them by the label "network".
 function(deepuav_module NAME)
   cmake_parse_arguments(ARG "" "OPENVINO_TESTS;EXCLUDE" "DEPENDS;LINK;TEST_LINK" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
@@ -32,7 +32,7 @@ function(deepuav_module NAME)
     # A program's first start reads its libraries from a cold disk: 5 s, the default, are not always enough to list tests.
     set(discovery deepuav_${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120)
     if(ARG_OPENVINO_TESTS)
-      gtest_discover_tests(${discovery} TEST_FILTER "${ARG_OPENVINO_TESTS}" PROPERTIES TIMEOUT 300 LABELS openvino)
+      gtest_discover_tests(${discovery} TEST_FILTER "${ARG_OPENVINO_TESTS}" PROPERTIES TIMEOUT 300 LABELS network)
       gtest_discover_tests(${discovery} TEST_FILTER "-${ARG_OPENVINO_TESTS}" PROPERTIES TIMEOUT 300)
     else()
       gtest_discover_tests(${discovery} PROPERTIES TIMEOUT 300)

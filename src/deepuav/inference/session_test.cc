@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include <cstdlib>
 #include <cstring>
@@ -169,6 +172,11 @@ TEST_F(SessionTest, GivesChannelsLast) {
 }
 
 TEST_F(SessionTest, FilesThatAreNoModelAreNamed) {
+#ifdef __SANITIZE_ADDRESS__
+  // OpenVINO leaks 8 bytes over such a file, in a library that it unloads, so that no suppression
+  // can name it.
+  const __lsan::ScopedDisabler leaks;
+#endif
   ExpectError([&] { Session(folder_ / "none.onnx", Fp32()); }, "none.onnx", "no such file");
   ExpectError([&] { Session(folder_, Fp32()); }, folder_.string(), "no such file");
   for (const char* name : {"garbage.onnx", "garbage.xml"}) {
