@@ -1,6 +1,5 @@
 """Batches of pairs for the matcher, drawn in other processes while the network learns."""
 
-import gc
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -70,10 +69,8 @@ class PairBatches:
         return next(self._batches).to(self._device)
 
     def _from(self, step: int) -> Iterator[GlueBatch]:
-        if self._workers:
-            # Forked processes inherit what waits for the garbage collector, but no threads: one that
-            # freed a network of OpenVINO there would wait for the network's threads for ever.
-            gc.collect()
         return iter(DataLoader(
             self._steps, batch_size=None, sampler=itertools.count(step), num_workers=self._workers,
-            prefetch_factor=_AHEAD if self._workers else None, pin_memory=self._device != "cpu"))
+            prefetch_factor=_AHEAD if self._workers else None, pin_memory=self._device != "cpu",
+            # A fork of this process has its locks, but not the threads that hold them: it can hang.
+            multiprocessing_context="forkserver" if self._workers else None))

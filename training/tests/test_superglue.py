@@ -1,6 +1,7 @@
 import gc
 import os
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import openvino
@@ -50,8 +51,8 @@ def tiny_scene(seed, views=3, count=16):
 def tiny_source(tmp_path):
     for index in range(3):
         save_scene(scene_path(tmp_path / "scenes", index), tiny_scene(index))
-    return MatchSource(lambda: cached_scenes(tmp_path / "scenes", 5, "cache_scenes"), CONFIG.matches,
-                       seed=1)
+    return MatchSource(partial(cached_scenes, tmp_path / "scenes", 5, "cache_scenes"),
+                       CONFIG.matches, seed=1)
 
 
 def torch_inputs(counts, seed=0):
@@ -132,16 +133,18 @@ class LeftInACycle:
             os._exit(1)
 
 
-def test_those_who_draw_free_nothing_of_what_the_run_left(source, monkeypatch):
-    draw = source.draw
+class CollectingSource(MatchSource):
+    """Collects garbage wherever it draws."""
 
-    def draw_and_collect(*which):
+    def draw(self, number, points=None):
         gc.collect()
-        return draw(*which)
+        return super().draw(number, points)
 
-    monkeypatch.setattr(source, "draw", draw_and_collect)
+
+def test_those_who_draw_inherit_nothing_of_the_run(source, tmp_path):
     LeftInACycle()
-    batches = PairBatches(source, 2, workers=1)
+    scenes = partial(cached_scenes, tmp_path / "scenes", 5, "cache_scenes")
+    batches = PairBatches(CollectingSource(scenes, CONFIG.matches, 1), 2, workers=1)
     assert batches.at(0).scores[0].shape == (2, 12)
 
 
