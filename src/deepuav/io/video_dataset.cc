@@ -191,7 +191,7 @@ void VideoDataset::TellDamage(int frame) {
 }
 
 cv::Mat3b VideoDataset::LoadColor(int frame, const cv::Size& size) {
-  cv::Mat color = Decode(frame);
+  cv::Mat color = Decode(frame).clone();  // Its rows had room between them.
   if (color.size() != size) cv::resize(color, color, size, 0, 0, cv::INTER_AREA);
   return color;
 }

@@ -155,6 +155,29 @@ class BuildingVideoTest : public ::testing::Test {
   std::filesystem::path video_;
 };
 
+TEST_F(VideoDatasetTest, EveryColumnIsOfTheFrame) {
+  constexpr int kWidth = 86, kHeight = 50;  // no whole groups of pixels
+  const auto file = folder_.path() / "narrow.avi";
+  {
+    cv::VideoWriter writer(file.string(), cv::CAP_FFMPEG,
+                           cv::VideoWriter::fourcc('X', 'V', 'I', 'D'), 25,
+                           cv::Size(kWidth, kHeight));
+    for (int i = 0; i < kFrames; ++i)
+      writer.write(cv::Mat3b(kHeight, kWidth, cv::Vec3b::all(static_cast<uint8_t>(20 * i))));
+  }
+  const auto dataset = OpenDataset(file);
+  for (int i = 0; i < kFrames; ++i) {
+    const GreyImage image = dataset->Load(i);
+    double least = 0, most = 0;
+    cv::minMaxLoc(image, &least, &most);
+    EXPECT_NEAR(least, 20 * i, 4) << i;
+    EXPECT_NEAR(most, 20 * i, 4) << i;
+    const cv::Mat3b color = dataset->LoadColor(i, cv::Size(kWidth, kHeight));
+    EXPECT_TRUE(color.isContinuous());
+    EXPECT_NEAR(cv::mean(color.col(kWidth - 1))[1], 20 * i, 4) << i;
+  }
+}
+
 TEST_F(BuildingVideoTest, AWholeOneHasNoDamage) { EXPECT_EQ(DamagedOfAll(), 0); }
 
 TEST_F(BuildingVideoTest, DamageIsToldOfWhatBuildsOnItAndNotOfTheRest) {
