@@ -22,7 +22,7 @@ struct TwoViewOptions {
   int min_inliers = 50;
   double min_parallax_deg = 1.0;  ///< Median over the points.
   double max_distance_sigma =
-      0.1;              ///< Standard deviation of a certain point's distance over the distance.
+      0.05;             ///< Standard deviation of a certain point's distance over the distance.
   int min_certain = 0;  ///< Such points, fewer than which are no solution.
   /// Where less than this share of the pairs is valid, the rest may be what stands, and the valid
   /// what moves before a camera that holds still...
