@@ -10,6 +10,7 @@ import os
 import random
 import signal
 import socket
+import statistics
 import struct
 import subprocess
 import sys
@@ -206,12 +207,14 @@ class AutopilotTest(unittest.TestCase):
         odometry = [message for _, _, message in autopilot.of("ODOMETRY")]
         self.assertGreater(len(odometry), 5, self.log.read_text())
         # To the right and down by a fifth of it, always at one speed; the map's first camera looks along z: up, as it were.
+        # In the mean: the scene is drawn on whole pixels, so that single steps point elsewhere.
         last = odometry[-1]
-        self.assertAlmostEqual(last.vz / last.vy, 0.2, delta=0.1)
-        self.assertLess(abs(last.vx), 0.2 * last.vy)
+        vx, vy, vz = (statistics.mean(getattr(message, axis) for message in odometry) for axis in ("vx", "vy", "vz"))
+        self.assertAlmostEqual(vz / vy, 0.2, delta=0.1)
+        self.assertLess(abs(vx), 0.2 * vy)
         moved = [b - a for a, b in zip((odometry[0].x, odometry[0].y, odometry[0].z), (last.x, last.y, last.z))]
         seconds = 1e-6 * (last.time_usec - odometry[0].time_usec)
-        self.assertAlmostEqual(math.hypot(*moved) / seconds / math.hypot(last.vx, last.vy, last.vz), 1, delta=0.2)
+        self.assertAlmostEqual(math.hypot(*moved) / seconds / math.hypot(vx, vy, vz), 1, delta=0.2)
         # x right and y down in the world of the map: x and -y of the local frame.
         self.assertGreater(moved[0], 0)
         self.assertAlmostEqual(moved[1] / moved[0], -0.2, delta=0.1)
