@@ -16,9 +16,11 @@ struct LensSearchOptions {
   bool enabled = true;
   double radial_sigma = 0.05;    ///< Of a calibration's k1 and k2.
   int min_keyframes = 20;        ///< In the map.
-  double min_cost_share = 0.03;  ///< By which the map's errors must fall.
-  double max_error_px = 0.1;     ///< Of the corrected calibration's lens model, root mean square.
-  int max_rounds = 3;            ///< Searches, each in the map that the last one's lens gives.
+  double min_cost_share = 0.03;  ///< By which the map's errors must fall...
+  double min_later_share =
+      0.003;  ///< ...and do in each round after: a calibration found wrong is none to stay near.
+  double max_error_px = 0.1;  ///< Of the corrected calibration's lens model, root mean square.
+  int max_rounds = 10;        ///< Searches, each in the map that the last one's lens gives.
 
   void Check() const;
   template <typename Visitor>
@@ -30,7 +32,10 @@ struct LensSearchOptions {
     visit("min_keyframes", min_keyframes, "", "keyframes of a map that may contradict",
           Between(2, 1'000'000));
     visit("min_cost_share", min_cost_share, "",
-          "share of the cost of a map's errors that a correction must save", Between(0, 1));
+          "share of the cost of a map's errors that a first correction must save", Between(0, 1));
+    visit("min_later_share", min_later_share, "",
+          "share of the cost of a map's errors that each later correction must save",
+          Between(0, 1));
     visit("max_error_px", max_error_px, "px",
           "error of the lens model that stands for the corrected calibration, at most, root mean "
           "square over the image",

@@ -244,9 +244,12 @@ void Mapper::SetAsideMoving(MapId map) {
   set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving);
 }
 
-std::optional<FoundLens> Mapper::SearchLens(MapId map, const std::function<bool()>& stop) const {
+std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,
+                                            const std::function<bool()>& stop) const {
   const StageScope stage(stages_, "search lens");
-  return FindLens(atlas_->At(map), camera_.pinhole, options_.global_bundle, options_.lens, stop);
+  LensSearchOptions options = options_.lens;
+  options.min_cost_share = min_cost_share;
+  return FindLens(atlas_->At(map), camera_.pinhole, options_.global_bundle, options, stop);
 }
 
 void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {

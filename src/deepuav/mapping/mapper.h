@@ -122,8 +122,10 @@ class Mapper {
                       const std::function<bool()>& stop = nullptr,
                       const MapFactors* factors = nullptr);
 
-  /// What a map that was adjusted says of a calibration that does not fit: FindLens.
-  std::optional<FoundLens> SearchLens(MapId map, const std::function<bool()>& stop = nullptr) const;
+  /// What a map that was adjusted says of a calibration that does not fit: FindLens, with another
+  /// least share of the errors that it must save.
+  std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,
+                                      const std::function<bool()>& stop = nullptr) const;
   /// Has all maps and what comes after be of another camera: `move` says where it sees pixels.
   void ChangeCamera(const Camera& camera, const PixelMove& move);
 

@@ -24,7 +24,8 @@ std::optional<CalibrationSigmas> CorrectCalibration(MapId map, const LensSearchO
   // What contradicts a wrong lens most was taken for outliers while it was made: each round finds
   // less of it.
   for (int round = 0; round < options.max_rounds && !stop(); ++round) {
-    const std::optional<FoundLens> found = mapper->SearchLens(map, stop);
+    const double min_cost_share = round == 0 ? options.min_cost_share : options.min_later_share;
+    const std::optional<FoundLens> found = mapper->SearchLens(map, min_cost_share, stop);
     if (!found) break;
     const auto correction = LensCorrection::Of(*camera, found->camera, options.max_error_px);
     if (!correction) break;

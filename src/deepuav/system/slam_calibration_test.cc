@@ -55,7 +55,7 @@ TEST(Slam, CorrectsACalibrationWithoutTheLensThatTheImagesHave) {
   ASSERT_TRUE(corrected.result.lens);
   const Camera& camera = corrected.slam->camera();
   ASSERT_EQ(camera.lens, LensModel::kRadialTangential);
-  EXPECT_NEAR(camera.distortion[0], kK1, 0.3 * std::abs(kK1));
+  EXPECT_NEAR(camera.distortion[0], kK1, 0.1 * std::abs(kK1));
   EXPECT_EQ(Located(corrected.result), 100);
   EXPECT_LT(PathError(corrected.result, flight), 0.7 * PathError(plain.result, flight));
   // The map is of the corrected camera, key points and all.
