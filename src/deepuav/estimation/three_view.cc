@@ -60,7 +60,7 @@ void AdjustThreeViews(const Pinhole& pinhole, const std::vector<PixelTriple>& tr
     bundle.landmarks_world.push_back(views->points_a[i]);
     int camera = 0;
     for (const Eigen::Vector2d& px : PixelsOf(triples[i]))
-      bundle.observations.push_back({camera++, landmark, px, sigma_px});
+      bundle.observations.push_back({camera++, landmark, px, sigma_px * triples[i].noise_ratio});
   }
   AdjustBundle(&bundle, options);
   views->b_from_a = bundle.cam_from_world[1];
@@ -76,6 +76,17 @@ std::vector<double> TruncatedErrors(const Pinhole& pinhole, const std::vector<Pi
   for (size_t i = 0; i < triples.size(); ++i) {
     const double squared = SquaredError(pinhole, triples[i], views, views.points_a[i]);
     errors.push_back(std::min(1.0, squared / (max_error_px * max_error_px)));
+  }
+  return errors;
+}
+
+std::vector<double> WeightedErrors(const Pinhole& pinhole, const std::vector<PixelTriple>& triples,
+                                   const ThreeViews& views, double max_error_px) {
+  std::vector<double> errors;
+  errors.reserve(triples.size());
+  for (size_t i = 0; i < triples.size(); ++i) {
+    const double squared = SquaredError(pinhole, triples[i], views, views.points_a[i]);
+    errors.push_back(std::min(1.0, squared / std::pow(max_error_px * triples[i].noise_ratio, 2)));
   }
   return errors;
 }

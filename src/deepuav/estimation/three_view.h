@@ -11,6 +11,7 @@ namespace deepuav {
 /// The undistorted pixels of one point in three views.
 struct PixelTriple {
   Eigen::Vector2d a_px, b_px, c_px;
+  double noise_ratio = 1;  ///< Standard deviation of all three over that of detected pixels.
 };
 
 /// Three views and what they see, with camera a as the world.
@@ -27,5 +28,9 @@ void AdjustThreeViews(const Pinhole& pinhole, const std::vector<PixelTriple>& tr
 /// Of each triple the largest squared error of the three over that of `max_error_px`, at most 1.
 std::vector<double> TruncatedErrors(const Pinhole& pinhole, const std::vector<PixelTriple>& triples,
                                     const ThreeViews& views, double max_error_px);
+
+/// The same, the bound times each triple's noise ratio.
+std::vector<double> WeightedErrors(const Pinhole& pinhole, const std::vector<PixelTriple>& triples,
+                                   const ThreeViews& views, double max_error_px);
 
 }  // namespace deepuav

@@ -109,6 +109,37 @@ TEST_F(ThreeViewTest, ErrorsAreTheLargestOfTheThreeOverTheBound) {
   EXPECT_LT(errors[3], 1e-18);
 }
 
+TEST_F(ThreeViewTest, WeightedErrorsAreOverWhatATriplesNoiseAllows) {
+  triples.clear();
+  for (const Eigen::Vector3d& point : truth.points_a) {
+    triples.push_back({pinhole.Project(point), pinhole.Project(truth.b_from_a * point),
+                       pinhole.Project(truth.c_from_a * point)});
+  }
+  for (int i : {0, 1, 2}) triples[static_cast<size_t>(i)].b_px.x() += 0.2 * kMaxErrorPx;
+  triples[1].noise_ratio = 0.4;
+  triples[2].noise_ratio = 0.1;
+  const std::vector<double> errors = WeightedErrors(pinhole, triples, truth, kMaxErrorPx);
+  EXPECT_NEAR(errors[0], 0.04, 1e-9);
+  EXPECT_NEAR(errors[1], 0.25, 1e-9);
+  EXPECT_EQ(errors[2], 1);
+}
+
+TEST_F(ThreeViewTest, WhatWasMeasuredHoldsThePosesMore) {
+  const ThreeViews at_first = [&] {
+    ThreeViews views = truth;
+    AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+    return views;
+  }();
+  for (size_t i = 0; i < triples.size(); i += 2) {
+    const Eigen::Vector3d& point = truth.points_a[i];
+    triples[i] = {pinhole.Project(point), pinhole.Project(truth.b_from_a * point),
+                  pinhole.Project(truth.c_from_a * point), 0.1};
+  }
+  ThreeViews views = truth;
+  AdjustThreeViews(pinhole, triples, kMaxErrorPx, &views);
+  EXPECT_LT(DirectionError(views), 0.3 * DirectionError(at_first));
+}
+
 TEST_F(ThreeViewTest, OfNothingNothingMoves) {
   ThreeViews views = truth;
   views.points_a.clear();

@@ -128,13 +128,13 @@ bool HasSupport(const TwoViewProblem& problem, const TwoViewSolution& solution) 
   return solution.valid_count >= problem.options.min_inliers;
 }
 
-/// Fills certain and certain_count.
-void JudgeDistances(const TwoViewProblem& problem, TwoViewSolution* solution) {
-  const double sigma_px =
-      EpipolarSigmaPx(problem.pinhole, problem.pairs, *solution, problem.options.min_sigma_px);
+/// Fills certain and certain_count, for pixels that are good to `sigma_px` where detected.
+void JudgeDistances(const TwoViewProblem& problem, double sigma_px, TwoViewSolution* solution) {
+  solution->sigma_px = sigma_px;
   solution->certain.clear();
-  for (double sigma : RelativeDistanceSigmas(problem.pinhole, *solution, sigma_px))
+  for (double sigma : RelativeDistanceSigmas(problem.pinhole, problem.pairs, *solution, sigma_px)) {
     solution->certain.push_back(sigma <= problem.options.max_distance_sigma);
+  }
   solution->certain_count =
       static_cast<int>(std::count(solution->certain.begin(), solution->certain.end(), 1));
 }
@@ -160,6 +160,8 @@ bool MayBeOfMovingThings(const TwoViewProblem& problem, const TwoViewSolution& s
 bool HasParallax(const TwoViewProblem& problem, const TwoViewSolution& solution) {
   return solution.median_parallax_deg >= problem.options.min_parallax_deg &&
          solution.certain_count >= problem.options.min_certain &&
+         solution.valid_count >=
+             problem.options.min_valid_ratio * static_cast<double>(problem.pairs.size()) &&
          !MayBeOfMovingThings(problem, solution);
 }
 
@@ -180,8 +182,9 @@ void Adjust(const TwoViewProblem& problem, double max_parallax_deg, TwoViewSolut
     const int landmark = static_cast<int>(pair_of_landmark.size());
     pair_of_landmark.push_back(i);
     bundle.landmarks_world.push_back(solution->points_a[i]);
-    bundle.observations.push_back({0, landmark, problem.pairs[i].a_px, sigma_px});
-    bundle.observations.push_back({1, landmark, problem.pairs[i].b_px, sigma_px});
+    const PixelPair& pair = problem.pairs[i];
+    bundle.observations.push_back({0, landmark, pair.a_px, sigma_px * pair.noise_ratio});
+    bundle.observations.push_back({1, landmark, pair.b_px, sigma_px * pair.noise_ratio});
   }
   AdjustBundle(&bundle, bundle_options);
 
@@ -203,7 +206,8 @@ void AddSolutions(const TwoViewProblem& problem, const TwoViewModel& model,
     solution.b_from_a = b_from_a;
     Triangulate(problem, &solution);
     if (!MostInFront(problem, model, solution) || !HasSupport(problem, solution)) continue;
-    JudgeDistances(problem, &solution);
+    // The residuals of a pose that is not refined yet are its own, not the pixels'.
+    JudgeDistances(problem, problem.options.min_sigma_px, &solution);
     solutions->push_back(solution);
   }
 }
@@ -228,7 +232,9 @@ void Refine(const TwoViewProblem& problem, TwoViewSolution* solution) {
   Triangulate(problem, solution);
   Adjust(problem, std::numeric_limits<double>::infinity(), solution);
   Triangulate(problem, solution);
-  JudgeDistances(problem, solution);
+  const double sigma_px =
+      EpipolarSigmaPx(problem.pinhole, problem.pairs, *solution, problem.options.min_sigma_px);
+  JudgeDistances(problem, sigma_px, solution);
 }
 
 /// Homography and essential matrix may lead to the same pose.

@@ -13,6 +13,7 @@ namespace deepuav {
 /// The pixels of one point in two views, undistorted.
 struct PixelPair {
   Eigen::Vector2d a_px, b_px;
+  double noise_ratio = 1;  ///< Standard deviation of both over that of detected pixels.
 };
 
 struct TwoViewOptions {
@@ -24,12 +25,13 @@ struct TwoViewOptions {
   double max_distance_sigma =
       0.05;             ///< Standard deviation of a certain point's distance over the distance.
   int min_certain = 0;  ///< Such points, fewer than which are no solution.
+  double min_valid_ratio = 0;  ///< Valid points over pairs, fewer than which are no solution.
   /// Where less than this share of the pairs is valid, the rest may be what stands, and the valid
   /// what moves before a camera that holds still...
   double min_undisputed_ratio = 0;
   double min_moved_ratio = 0;  ///< ...unless this share of the valid points shows parallax.
   double min_sigma_px =
-      0.3;  ///< Of the pixels, where the residuals, from which it follows, are smaller.
+      0.3;  ///< Of detected pixels, where the residuals, from which it follows, are smaller.
   double min_front_ratio =
       0.9;  ///< Of the inliers, in front of both cameras, for a solution to be kept.
   double min_homography_share =
@@ -52,6 +54,8 @@ struct TwoViewOptions {
           Above(0, 100));
     visit("min_certain", min_certain, "", "certain points of a two-view solution, at least",
           Between(0, 100'000));
+    visit("min_valid_ratio", min_valid_ratio, "", "valid points over pairs, at least",
+          Between(0, 1));
     visit("min_undisputed_ratio", min_undisputed_ratio, "",
           "valid points over pairs, below which things that move are reckoned with", Between(0, 1));
     visit("min_moved_ratio", min_moved_ratio, "",
@@ -76,7 +80,8 @@ struct TwoViewSolution {
   int valid_count = 0;
   std::vector<uint8_t> certain;  ///< Valid, and its distance is known: see TwoViewOptions.
   int certain_count = 0;
-  double support = 0;  ///< Of the valid points, each by how far within the bound it reprojects.
+  double sigma_px = 0;  ///< Of detected pixels, as EpipolarSigmaPx.
+  double support = 0;   ///< Of the valid points, each by how far within the bound it reprojects.
   double median_parallax_deg = 0;
 };
 

@@ -29,13 +29,16 @@ Matrix23d PointJacobian(const Pinhole& pinhole, const Eigen::Vector3d& point_cam
   return jacobian;
 }
 
-/// What the pixels of one point say of it and of camera b, for errors of a pixel.
+/// What the pixels of one point say of it and of camera b, for errors of a pixel at a noise ratio
+/// of 1.
 struct PointEquations {
   Eigen::Matrix3d covariance;  ///< With camera b where it is.
   Matrix63d coupling;          ///< Of camera b's twist with the point.
   Matrix6d of_camera;
 
-  PointEquations(const Pinhole& pinhole, const SE3& b_from_a, const Eigen::Vector3d& point_a) {
+  PointEquations(const Pinhole& pinhole, const SE3& b_from_a, const Eigen::Vector3d& point_a,
+                 double noise_ratio) {
+    const double weight = 1 / (noise_ratio * noise_ratio);
     const Eigen::Vector3d point_b = b_from_a * point_a;
     const Matrix23d in_a = PointJacobian(pinhole, point_a);
     const Matrix23d in_b_cam = PointJacobian(pinhole, point_b);
@@ -43,22 +46,23 @@ struct PointEquations {
     const Matrix26d camera = PoseJacobian(in_b_cam, point_b);
     Eigen::Matrix3d information = in_a.transpose() * in_a + in_b.transpose() * in_b;
     information.diagonal().array() += kLeastInformationRatio * information.trace();
-    covariance = information.inverse();
-    coupling = camera.transpose() * in_b;
-    of_camera = camera.transpose() * camera;
+    covariance = information.inverse() / weight;
+    coupling = weight * camera.transpose() * in_b;
+    of_camera = weight * camera.transpose() * camera;
   }
 };
 
 }  // namespace
 
-std::vector<double> RelativeDistanceSigmas(const Pinhole& pinhole, const TwoViewSolution& solution,
-                                           double sigma_px) {
+std::vector<double> RelativeDistanceSigmas(const Pinhole& pinhole,
+                                           const std::vector<PixelPair>& pairs,
+                                           const TwoViewSolution& solution, double sigma_px) {
   std::vector<double> sigmas(solution.points_a.size(), std::numeric_limits<double>::infinity());
   const SE3& b_from_a = solution.b_from_a;
   Matrix6d information = Matrix6d::Zero();
   for (size_t i = 0; i < sigmas.size(); ++i) {
     if (!solution.valid[i]) continue;
-    const PointEquations point(pinhole, b_from_a, solution.points_a[i]);
+    const PointEquations point(pinhole, b_from_a, solution.points_a[i], pairs[i].noise_ratio);
     information += point.of_camera - point.coupling * point.covariance * point.coupling.transpose();
   }
   Vector6d along_baseline = Vector6d::Zero();
@@ -69,7 +73,7 @@ std::vector<double> RelativeDistanceSigmas(const Pinhole& pinhole, const TwoView
   for (size_t i = 0; i < sigmas.size(); ++i) {
     if (!solution.valid[i]) continue;
     const Eigen::Vector3d& point_a = solution.points_a[i];
-    const PointEquations point(pinhole, b_from_a, point_a);
+    const PointEquations point(pinhole, b_from_a, point_a, pairs[i].noise_ratio);
     const Eigen::Vector3d direction = point_a.normalized();
     const Vector6d by_camera = point.coupling * (point.covariance * direction);
     const double variance =
@@ -93,7 +97,8 @@ double EpipolarSigmaPx(const Pinhole& pinhole, const std::vector<PixelPair>& pai
     const Eigen::Vector3d line_a = -(rotation.transpose() * baseline.cross(ray_b));
     const double gradient = std::hypot(line_a.head<2>().cwiseProduct(per_px).norm(),
                                        line_b.head<2>().cwiseProduct(per_px).norm());
-    if (gradient > 0) errors_px.push_back(std::abs(ray_b.dot(line_b)) / gradient);
+    if (gradient > 0)
+      errors_px.push_back(std::abs(ray_b.dot(line_b)) / (gradient * pairs[i].noise_ratio));
   }
   if (errors_px.empty()) return least_px;
   return std::max(least_px, Median(errors_px) / kMedianOfNormal);

@@ -52,7 +52,8 @@ TEST(RelativeDistanceSigmas, AreTheErrorsOfEstimates) {
     const auto found = EstimateTwoView(world.pinhole, seen.pairs, 3, AnyParallax());
     ASSERT_TRUE(found);
     const TwoViewSolution& solution = found->solutions.front();
-    const std::vector<double> sigmas = RelativeDistanceSigmas(world.pinhole, solution, kSigmaPx);
+    const std::vector<double> sigmas =
+        RelativeDistanceSigmas(world.pinhole, seen.pairs, solution, kSigmaPx);
     const TwoViewSolution truth = TrueSolution(world, seen, b_from_a);
     for (size_t i = 0; i < sigmas.size(); ++i) {
       if (!solution.valid[i] || IsFar(seen, i) || sigmas[i] > 0.1) continue;
@@ -71,7 +72,8 @@ TEST(RelativeDistanceSigmas, KnowWhatIsTooFarAway) {
   Random random(2);
   const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0, 0}, &random);
   const TwoViewSolution truth = TrueSolution(world, seen, b_from_a);
-  const std::vector<double> sigmas = RelativeDistanceSigmas(world.pinhole, truth, kSigmaPx);
+  const std::vector<double> sigmas =
+      RelativeDistanceSigmas(world.pinhole, seen.pairs, truth, kSigmaPx);
   for (size_t i = 0; i < sigmas.size(); ++i) {
     if (IsFar(seen, i)) {
       EXPECT_GT(sigmas[i], 1);
@@ -88,7 +90,8 @@ TEST(RelativeDistanceSigmas, GrowTowardsThePointThatIsFlownTo) {
   const SE3 b_from_a(Eigen::Quaterniond::Identity(), {0, 0, -1});
   const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0, 0}, &random);
   const TwoViewSolution truth = TrueSolution(world, seen, b_from_a);
-  const std::vector<double> sigmas = RelativeDistanceSigmas(world.pinhole, truth, kSigmaPx);
+  const std::vector<double> sigmas =
+      RelativeDistanceSigmas(world.pinhole, seen.pairs, truth, kSigmaPx);
   double least_near = 1e9, most_away = 0;
   for (size_t i = 0; i < sigmas.size(); ++i) {
     const double slope = truth.points_a[i].head<2>().norm() / truth.points_a[i].z();
@@ -105,8 +108,30 @@ TEST(RelativeDistanceSigmas, AreInfiniteOfPointsThatAreNotValid) {
   const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0, 0}, &random);
   TwoViewSolution solution = TrueSolution(world, seen, b_from_a);
   solution.valid.assign(solution.valid.size(), 0);
-  for (double sigma : RelativeDistanceSigmas(world.pinhole, solution, kSigmaPx))
+  for (double sigma : RelativeDistanceSigmas(world.pinhole, seen.pairs, solution, kSigmaPx))
     EXPECT_TRUE(std::isinf(sigma));
+}
+
+TEST(RelativeDistanceSigmas, AreThoseOfWhatWasMeasured) {
+  const SyntheticWorld world = NearAndFar(1);
+  const SE3 b_from_a(Eigen::Quaterniond::Identity(), {-1, 0, 0});
+  Random random(2);
+  SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0, 0}, &random);
+  const TwoViewSolution truth = TrueSolution(world, seen, b_from_a);
+  const std::vector<double> detected =
+      RelativeDistanceSigmas(world.pinhole, seen.pairs, truth, kSigmaPx);
+  constexpr double kRatio = 0.25;
+  seen.pairs[0].noise_ratio = kRatio;
+  const std::vector<double> one =
+      RelativeDistanceSigmas(world.pinhole, seen.pairs, truth, kSigmaPx);
+  EXPECT_LT(one[0], 0.8 * detected[0]);
+  EXPECT_GT(one[0], kRatio * detected[0]) << "the pose is as uncertain as it was";
+  EXPECT_NEAR(one[1] / detected[1], 1, 0.05);
+  for (PixelPair& pair : seen.pairs) pair.noise_ratio = kRatio;
+  const std::vector<double> all =
+      RelativeDistanceSigmas(world.pinhole, seen.pairs, truth, kSigmaPx);
+  for (size_t i = 0; i < all.size(); ++i)
+    EXPECT_NEAR(all[i] / detected[i], kRatio, 1e-6 * kRatio) << i;
 }
 
 TEST(EpipolarSigma, IsThatOfThePixels) {
@@ -119,6 +144,9 @@ TEST(EpipolarSigma, IsThatOfThePixels) {
   const TwoViewSolution& solution = found->solutions.front();
   EXPECT_NEAR(EpipolarSigmaPx(world.pinhole, seen.pairs, solution, 0.01), kSigmaPx, 0.1);
   EXPECT_EQ(EpipolarSigmaPx(world.pinhole, seen.pairs, solution, 2), 2);
+  std::vector<PixelPair> said_better = seen.pairs;
+  for (PixelPair& pair : said_better) pair.noise_ratio = 0.5;
+  EXPECT_NEAR(EpipolarSigmaPx(world.pinhole, said_better, solution, 0.01), kSigmaPx / 0.5, 0.2);
 }
 
 }  // namespace
