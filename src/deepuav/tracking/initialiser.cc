@@ -6,14 +6,14 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/tracking/pair_measurement.h"
 
 namespace deepuav {
-
 void InitialiserOptions::Check() const { CheckOptions("initialiser", *this); }
 
-Initialiser::Initialiser(const Pinhole& pinhole, const InitialiserOptions& options,
-                         Matcher* matcher)
-    : pinhole_(pinhole), options_(options), matcher_(matcher) {
+Initialiser::Initialiser(const Camera& camera, const InitialiserOptions& options,
+                         const PatchOptions& patches, Matcher* matcher)
+    : camera_(camera), options_(options), patches_(patches), matcher_(matcher) {
   options_.Check();
 }
 
@@ -29,7 +29,8 @@ std::optional<InitialMapRequest> Initialiser::Add(const Frame& frame, std::strin
   Recognised recognised;
   if (auto request = Confirm(frame, &recognised)) return request;
   Propose(frame, &recognised, waiting_for);
-  if (!recognised.by_first) AddFirstView(frame);
+  if (!recognised.by_first || recognised.newest_share < options_.min_first_share)
+    AddFirstView(frame, recognised.by_first);
   return std::nullopt;
 }
 
@@ -60,6 +61,8 @@ void Initialiser::Propose(const Frame& second, Recognised* recognised, std::stri
     const bool matched = first.unmatched_frames == 0;
     if (reason.empty() || matched) reason = of_this;
     recognised->by_first |= matched;
+    recognised->newest_share =
+        first.matched / std::max(1.0, static_cast<double>(first.most_matched));
   }
   std::erase_if(firsts_, [&](const FirstView& first) {
     return first.unmatched_frames > options_.max_unmatched_frames;
@@ -73,20 +76,16 @@ void Initialiser::Propose(const Frame& second, Recognised* recognised, std::stri
 
 void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for) {
   std::vector<Match> matches = matcher_->MatchFeatures(*first->frame.features, *second.features);
-  const int matched = static_cast<int>(matches.size());
+  const int matched = first->matched = static_cast<int>(matches.size());
+  first->most_matched = std::max(first->most_matched, matched);
   if (matched < options_.min_matches) {
     *waiting_for = fmt::format("matches: {} of at least {}", matched, options_.min_matches);
     ++first->unmatched_frames;
     return;
   }
-  std::vector<PixelPair> pairs;
-  for (const Match& match : matches) {
-    pairs.push_back(
-        {first->frame.features->keypoints[static_cast<size_t>(match.a)].px.cast<double>(),
-         second.features->keypoints[static_cast<size_t>(match.b)].px.cast<double>()});
-  }
+  std::vector<PixelPair> pairs = PairsOf(first->frame, second, matches);
   int agreeing = 0;
-  auto result = EstimateTwoView(pinhole_, pairs, static_cast<uint64_t>(second.id.value),
+  auto result = EstimateTwoView(camera_.pinhole, pairs, static_cast<uint64_t>(second.id.value),
                                 options_.two_view, &agreeing);
   if (agreeing < options_.two_view.min_inliers) {
     *waiting_for = fmt::format("matches that agree: {} of at least {}", agreeing,
@@ -99,7 +98,12 @@ void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string
     *waiting_for = "parallax";
     return;
   }
-  first->second = SecondView{second, std::move(matches), std::move(*result)};
+  first->second = SecondView{second, std::move(matches), std::move(pairs), std::move(*result)};
+}
+
+std::vector<PixelPair> Initialiser::PairsOf(const Frame& a, const Frame& b,
+                                            const std::vector<Match>& matches) const {
+  return MeasurePairs(a, b, matches, camera_, patches_, options_.two_view.min_sigma_px);
 }
 
 /// A pair gives way to another alone: frames that match nothing may be a burst of blur, which it
@@ -120,10 +124,14 @@ void Initialiser::LimitPairs() {
 
 /// A frame that matches no first view that waits for a second becomes one too, if there is room:
 /// the camera may have turned away, those be blurred, or this be the second view of the only one.
-void Initialiser::AddFirstView(const Frame& frame) {
-  const auto waiting = std::count_if(firsts_.begin(), firsts_.end(),
-                                     [](const FirstView& first) { return !first.second; });
-  if (waiting < options_.max_first_views) firsts_.push_back({frame});
+/// So does one that goes on from those that it matches, in place of the oldest.
+void Initialiser::AddFirstView(const Frame& frame, bool goes_on) {
+  const auto waits = [](const FirstView& first) { return !first.second; };
+  if (std::count_if(firsts_.begin(), firsts_.end(), waits) >= options_.max_first_views) {
+    if (!goes_on) return;
+    firsts_.erase(std::find_if(firsts_.begin(), firsts_.end(), waits));
+  }
+  firsts_.push_back({frame});
 }
 
 /// The pair of the oldest first view comes first. One that is confirmed is tried once: should it
@@ -140,22 +148,29 @@ std::optional<InitialMapRequest> Initialiser::Confirm(const Frame& third, Recogn
   return std::nullopt;
 }
 
-std::vector<Initialiser::SeenThrice> Initialiser::FollowInto(const Frame& third,
-                                                             const FirstView& first) const {
+std::vector<SeenThrice> Initialiser::FollowInto(const Frame& third, const FirstView& first) const {
   const SecondView& second = *first.second;
   std::vector<int> match_of_keypoint(second.frame.features->keypoints.size(), -1);
   for (size_t i = 0; i < second.matches.size(); ++i)
     match_of_keypoint[static_cast<size_t>(second.matches[i].b)] = static_cast<int>(i);
-  const auto pixel = [](const Frame& frame, int keypoint) -> Eigen::Vector2d {
-    return frame.features->keypoints[static_cast<size_t>(keypoint)].px.cast<double>();
-  };
-  std::vector<SeenThrice> seen;
+  std::vector<size_t> matches;
+  std::vector<Match> first_to_third;
   for (const Match& on : matcher_->MatchFeatures(*second.frame.features, *third.features)) {
     const int match = match_of_keypoint[static_cast<size_t>(on.a)];
     if (match < 0) continue;
-    const int in_first = second.matches[static_cast<size_t>(match)].a;
-    seen.push_back({static_cast<size_t>(match),
-                    {pixel(first.frame, in_first), pixel(second.frame, on.a), pixel(third, on.b)}});
+    matches.push_back(static_cast<size_t>(match));
+    first_to_third.push_back({second.matches[matches.back()].a, on.b, on.score});
+  }
+  // Both by the patches of the first view: nothing adds up.
+  const std::vector<PixelPair> pairs = PairsOf(first.frame, third, first_to_third);
+  const double more_noise = LeastSigmaPx(second.result) / options_.two_view.min_sigma_px;
+  std::vector<SeenThrice> seen;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    const PixelPair& in_second = second.pairs[matches[i]];
+    const double noise_ratio = std::max(in_second.noise_ratio, pairs[i].noise_ratio);
+    seen.push_back(
+        {matches[i],
+         {pairs[i].a_px, in_second.b_px, pairs[i].b_px, std::min(1.0, more_noise * noise_ratio)}});
   }
   return seen;
 }
@@ -166,7 +181,9 @@ std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, cons
   std::vector<Confirmation> found;
   bool is_seen = false, refuted = true;
   for (const TwoViewSolution& solution : second.result.solutions) {
-    found.push_back(ConfirmBy(solution, seen, third));
+    found.push_back(ConfirmBy(camera_.pinhole, solution, seen,
+                              static_cast<uint64_t>(third.id.value), options_.two_view,
+                              options_.absolute_pose));
     const Confirmation& of_this = found.back();
     is_seen |= of_this.confirmed > 0;
     if (Confirms(of_this) || of_this.matched < options_.min_confirmed) refuted = false;
@@ -174,8 +191,9 @@ std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, cons
   second.unseen_frames = is_seen ? 0 : second.unseen_frames + 1;
   for (size_t i = 0; i < found.size(); ++i) {
     const Confirmation& best = found[i];
-    if (!Confirms(best) || best.confirmed < options_.min_confirmed || !best.far_enough) continue;
-    if (!IsAlone(i, found)) continue;
+    if (!Confirms(best) || best.confirmed < options_.min_confirmed) continue;
+    if (best.baseline_ratio < options_.third_parallax_ratio) continue;
+    if (!IsAlone(i, found, options_.min_lead)) continue;
     const TwoViewSolution& solution = second.result.solutions[i];
     Log().debug(
         "frames {} and {}: {} points of {} matches, {} of known distance, {:.1f} degrees of "
@@ -191,53 +209,6 @@ std::optional<InitialMapRequest> Initialiser::ConfirmPair(FirstView* first, cons
 
 bool Initialiser::Confirms(const Confirmation& found) const {
   return found.confirmed >= options_.min_confirmed_ratio * found.matched;
-}
-
-/// By the points that any solution explains; the rest are wrong matches. A solution that the third
-/// view is not far enough from may still be the true one.
-bool Initialiser::IsAlone(size_t best, const std::vector<Confirmation>& found) const {
-  std::vector<double> sums(found.size(), 0);
-  for (size_t point = 0; point < found[best].errors.size(); ++point) {
-    const bool explained = std::any_of(found.begin(), found.end(), [point](const auto& solution) {
-      return solution.errors[point] < 1;
-    });
-    for (size_t i = 0; i < found.size() && explained; ++i) sums[i] += found[i].errors[point];
-  }
-  for (size_t i = 0; i < found.size(); ++i) {
-    if (i != best && sums[i] < options_.min_lead * sums[best]) return false;
-  }
-  return true;
-}
-
-Initialiser::Confirmation Initialiser::ConfirmBy(const TwoViewSolution& solution,
-                                                 const std::vector<SeenThrice>& seen,
-                                                 const Frame& third) const {
-  Confirmation confirmation;
-  confirmation.errors.assign(seen.size(), 1);
-  std::vector<PoseObservation> observations;
-  ThreeViews views{solution.b_from_a, SE3(), {}};
-  std::vector<PixelTriple> triples;
-  for (const SeenThrice& point : seen) {
-    triples.push_back(point.px);
-    views.points_a.push_back(solution.points_a[point.match]);
-    if (solution.certain[point.match])
-      observations.push_back({views.points_a.back(), point.px.c_px});
-  }
-  confirmation.matched = static_cast<int>(observations.size());
-  const auto robust = EstimateAbsolutePose(
-      pinhole_, observations, static_cast<uint64_t>(third.id.value), options_.absolute_pose);
-  if (!robust) return confirmation;
-  views.c_from_a = OptimizePose(pinhole_, observations, robust->cam_from_world, MotionOnlyOptions{})
-                       .cam_from_world;
-  const double max_error_px = options_.two_view.max_error_px;
-  AdjustThreeViews(pinhole_, triples, max_error_px, &views);
-  const SE3 third_from_second = views.c_from_a * views.b_from_a.Inverse();
-  confirmation.far_enough = third_from_second.translation().norm() >=
-                            options_.third_parallax_ratio * views.b_from_a.translation().norm();
-  confirmation.errors = TruncatedErrors(pinhole_, triples, views, max_error_px);
-  for (size_t i = 0; i < seen.size(); ++i)
-    confirmation.confirmed += solution.certain[seen[i].match] && confirmation.errors[i] < 1;
-  return confirmation;
 }
 
 InitialMapRequest Initialiser::MakeRequest(const FirstView& first,

@@ -10,6 +10,8 @@
 #include "deepuav/estimation/two_view.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/matching/matcher.h"
+#include "deepuav/patches/patch_alignment.h"
+#include "deepuav/tracking/start_confirmation.h"
 
 namespace deepuav {
 
@@ -18,6 +20,10 @@ struct InitialiserOptions {
   int min_matches = 60;     ///< Of a second view to a first.
   int max_first_views = 5;  ///< That wait for a second: one may be blurred, or soon out of sight.
   int max_pairs = 5;        ///< Of a first and a second view, that wait for a third.
+  /// A frame is one, too, that the newest of them has less than this share of those matches in
+  /// common with that it had with the best: what is near goes out of sight before the far away that
+  /// is still matched shows any parallax.
+  double min_first_share = 0.8;
   int max_unmatched_frames = 10;   ///< In a row, with too few matches or too few that agree.
   int max_first_age_frames = 120;  ///< An older first view without a second is dropped.
   /// A pair that no later frame confirmed by then, or by as many frames as lie between its views if
@@ -36,6 +42,7 @@ struct InitialiserOptions {
   /// is known decide, not the median.
   TwoViewOptions two_view{.min_parallax_deg = 0,
                           .min_certain = 60,
+                          .min_valid_ratio = 0.6,
                           .min_undisputed_ratio = 0.9,
                           .min_moved_ratio = 0.7};
   AbsolutePoseOptions absolute_pose;
@@ -48,6 +55,10 @@ struct InitialiserOptions {
           Between(8, 100'000));
     visit("max_first_views", max_first_views, "", "first views that wait for a second at a time",
           Between(1, 100));
+    visit("min_first_share", min_first_share, "",
+          "matches of a frame with the newest first view, over the most that this had with one, "
+          "below which the frame becomes one, too",
+          Between(0, 1));
     visit("max_pairs", max_pairs, "", "first and second views that wait for a third at a time",
           Between(1, 100));
     visit("max_unmatched_frames", max_unmatched_frames, "",
@@ -79,7 +90,8 @@ struct InitialiserOptions {
 class Initialiser {
  public:
   /// `matcher` must outlive it.
-  Initialiser(const Pinhole& pinhole, const InitialiserOptions& options, Matcher* matcher);
+  Initialiser(const Camera& camera, const InitialiserOptions& options, const PatchOptions& patches,
+              Matcher* matcher);
 
   void Reset();
 
@@ -91,7 +103,8 @@ class Initialiser {
   /// Seen together with a first view: a third has to confirm what the two show.
   struct SecondView {
     Frame frame;
-    std::vector<Match> matches;  ///< first -> second
+    std::vector<Match> matches;    ///< first -> second
+    std::vector<PixelPair> pairs;  ///< Where these are.
     TwoViewResult result;
     int refutations = 0;
     int unseen_frames = 0;  ///< The last ones, in a row, that show too little of the matches.
@@ -100,47 +113,35 @@ class Initialiser {
   struct FirstView {
     Frame frame;
     int unmatched_frames = 0;  ///< The last ones, in a row, of which too few matches agree.
+    int matched = 0, most_matched = 0;  ///< Key points, with the last frame and with the best.
     std::optional<SecondView> second = std::nullopt;
-  };
-
-  /// What a third view says of a solution.
-  struct Confirmation {
-    int matched = 0, confirmed = 0;  ///< Points whose distance the first two views tell.
-    bool far_enough = false;         ///< The third view from the second, to tell solutions apart.
-    std::vector<double> errors =
-        {};  ///< Of all matched points, 1 where the solution does not hold.
-  };
-
-  /// A point of a pair in the third view.
-  struct SeenThrice {
-    size_t match = 0;  ///< Of the pair.
-    PixelTriple px;
   };
 
   /// What the views that are held say of a frame.
   struct Recognised {
-    bool by_pair = false;   ///< It shows points of one.
-    bool by_first = false;  ///< It matches one that still waits for a second view.
+    bool by_pair = false;     ///< It shows points of one.
+    bool by_first = false;    ///< It matches one that still waits for a second view...
+    double newest_share = 0;  ///< ...the newest of which with so many over its most matches.
   };
 
   void ForgetOldViews(FrameId now);
   std::optional<InitialMapRequest> Confirm(const Frame& third, Recognised* recognised);
   std::optional<InitialMapRequest> ConfirmPair(FirstView* first, const Frame& third);
+  /// Where these are.
+  std::vector<PixelPair> PairsOf(const Frame& a, const Frame& b,
+                                 const std::vector<Match>& matches) const;
   /// The matches of a pair that go on into the third view.
   std::vector<SeenThrice> FollowInto(const Frame& third, const FirstView& first) const;
-  Confirmation ConfirmBy(const TwoViewSolution& solution, const std::vector<SeenThrice>& seen,
-                         const Frame& third) const;
   bool Confirms(const Confirmation& found) const;
-  /// Whether no other solution explains the three views about as well as this one does.
-  bool IsAlone(size_t best, const std::vector<Confirmation>& found) const;
   void Propose(const Frame& second, Recognised* recognised, std::string* waiting_for);
   void ProposeFrom(FirstView* first, const Frame& second, std::string* waiting_for);
   void LimitPairs();
-  void AddFirstView(const Frame& frame);
+  void AddFirstView(const Frame& frame, bool goes_on);
   static InitialMapRequest MakeRequest(const FirstView& first, const TwoViewSolution& solution);
 
-  const Pinhole pinhole_;
+  const Camera camera_;
   const InitialiserOptions options_;
+  const PatchOptions patches_;
   Matcher* matcher_;
   std::vector<FirstView> firsts_;  ///< From the oldest on.
 };

@@ -25,7 +25,7 @@ TEST(Initialiser, PointsLieWhereTheyAre) {
   Random random(5);
   std::vector<SyntheticView> views;
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   std::optional<InitialMapRequest> request;
   std::string waiting_for;
   for (size_t i = 0; i < poses.size() && !request; ++i) {
@@ -121,7 +121,7 @@ TEST(Initialiser, NeverStartsFromACameraThatHovers) {
 TEST(Initialiser, SaysWhatIsMissing) {
   Random random(1);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser({450, 450, 376, 240}, {}, &matcher);
+  Initialiser initialiser(BoxWorld().camera(), {}, {}, &matcher);
   const auto add = [&](int64_t id, int keypoints) {
     const SyntheticView view{std::make_shared<const Features>(RandomFeatures(
                                  keypoints, 752, 480, FeatureWorld::kDimension, &random)),
@@ -141,7 +141,7 @@ TEST(Initialiser, StartsFromALaterViewWhereTheFirstOnesShowNothing) {
   const std::vector<SE3> poses = SidewaysPath(60);
   Random random(8);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   std::optional<InitialMapRequest> request;
   std::string waiting_for;
   for (int i = 0; i < 60 && !request; ++i) {
@@ -161,7 +161,7 @@ TEST(Initialiser, ForgetsItsViewsOnReset) {
   const FeatureWorld world = BoxWorld();
   Random random(9);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   std::string waiting_for;
   initialiser.Add(FrameOf(0, world.View(SE3(), {}, &random)), &waiting_for);
   initialiser.Add(FrameOf(1, world.View(At({0.01, 0, 0}), {}, &random)), &waiting_for);
@@ -176,7 +176,7 @@ TEST(Initialiser, DoesNotGiveTheSameViewsAgain) {
   const std::vector<SE3> poses = SidewaysPath(60);
   Random random(10);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   std::vector<int64_t> seconds;
   std::string waiting_for;
   for (int i = 0; i < 60 && seconds.size() < 2; ++i) {

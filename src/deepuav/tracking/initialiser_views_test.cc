@@ -24,7 +24,7 @@ Start FeedSlowly(double step_m, const InitialiserOptions& options, const Feature
   const FeatureNoise good_noise{0.5, 0.3, 0, 50};
   Random random(5);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, options, &matcher);
+  Initialiser initialiser(world.camera(), options, {}, &matcher);
   Start start;
   while (start.frames < 120 && !start.request) {
     const SE3 pose = At({step_m * start.frames, 0, 0});
@@ -104,7 +104,7 @@ TEST(Initialiser, APairOutlastsABurstOfBlur) {
   const FeatureWorld world = BoxWorld();
   Random random(5);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   std::string waiting_for;
   const auto add = [&](int64_t id, double metres, const FeatureNoise& noise) {
     return initialiser.Add(FrameOf(id, world.View(At({metres, 0, 0}), noise, &random)),
@@ -126,7 +126,7 @@ TEST(Initialiser, GivesUpViewsThatGrewOld) {
   const FeatureWorld world = BoxWorld();
   Random random(5);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   const auto add = [&](int64_t id, double metres, std::string* waiting_for) {
     const SyntheticView view = world.View(At({metres, 0, 0}), {0.5, 0.3, 0, 50}, &random);
     return initialiser.Add(FrameOf(id, view), waiting_for);
@@ -173,7 +173,7 @@ struct FalseMapTest : testing::Test {
   Random random{5};
   const FeatureWorld moved_world;
   NearestNeighbourMatcher matcher{NearestNeighbourOptions{}};
-  Initialiser initialiser{world.world().pinhole, WideBaselines(), &matcher};
+  Initialiser initialiser{world.camera(), WideBaselines(), {}, &matcher};
   std::vector<SE3> poses;  ///< Of the frames so far.
   std::string waiting_for;
 };

@@ -27,7 +27,7 @@ Tracker::Tracker(const Camera& camera, const TrackingOptions& options, Matcher* 
                  StageListener* stages)
     : options_(options),
       stages_(stages),
-      initialiser_(camera.pinhole, options.initialiser, matcher),
+      initialiser_(camera, options.initialiser, options.locator.patches, matcher),
       locator_(camera, options.locator, matcher, stages),
       motion_(options.motion) {
   options_.Check();

@@ -40,7 +40,7 @@ inline Start Feed(const FeatureWorld& world, const std::vector<SE3>& poses,
                   const FeatureNoise& noise, uint64_t seed = 5) {
   Random random(seed);
   NearestNeighbourMatcher matcher({});
-  Initialiser initialiser(world.world().pinhole, {}, &matcher);
+  Initialiser initialiser(world.camera(), {}, {}, &matcher);
   Start start;
   for (const SE3& pose : poses) {
     const SyntheticView view = world.View(pose, noise, &random);

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "deepuav/estimation/two_view.h"
+#include "deepuav/geometry/camera.h"
+#include "deepuav/map/frame.h"
+#include "deepuav/matching/matcher.h"
+#include "deepuav/patches/patch_alignment.h"
+
+namespace deepuav {
+
+/// Where two frames show the same, as detected.
+std::vector<PixelPair> DetectedPairs(const Frame& a, const Frame& b,
+                                     const std::vector<Match>& matches);
+
+/// Where `b` shows what `a` shows at its key points, one pair a match: by patches, warped as the
+/// matches around change from one frame to the other, as no pose is known. A match whose patches do
+/// not tell, and all of frames whose images are not kept, stay where the detector saw them.
+/// `detected_sigma_px`: what the detector's pixels are good to.
+std::vector<PixelPair> MeasurePairs(const Frame& a, const Frame& b,
+                                    const std::vector<Match>& matches, const Camera& camera,
+                                    const PatchOptions& options, double detected_sigma_px);
+
+}  // namespace deepuav
