@@ -1,12 +1,8 @@
 #include "deepuav/capture/ffmpeg_stream.h"
 
-extern "C" {
-#include <libswscale/swscale.h>
-}
-
 #include "deepuav/base/error.h"
-#include "deepuav/io/camera_file.h"
 #include "deepuav/io/ffmpeg_handles.h"
+#include "deepuav/io/frame_converter.h"
 
 namespace deepuav {
 namespace {
@@ -25,9 +21,6 @@ AVDictionary* OptionsFor(const std::string& address) {
 class FfmpegStream::Reader {
  public:
   explicit Reader(double timeout_s) : timeout_s_(timeout_s) {}
-  ~Reader() { sws_freeContext(to_grey_); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
 
   bool Open(const std::string& address, const std::function<bool()>& stop);
   std::optional<LiveImage> Next(const std::function<bool()>& stop);
@@ -46,7 +39,7 @@ class FfmpegStream::Reader {
   FfmpegOwned<AVCodecContext> codec_;
   FfmpegOwned<AVPacket> packet_{av_packet_alloc()};
   FfmpegOwned<AVFrame> frame_{av_frame_alloc()};
-  SwsContext* to_grey_ = nullptr;
+  FrameConverter to_grey_{FrameConverter::Pixels::kGrey};
   int stream_ = -1;
   Stopwatch since_open_;
   bool is_whole_ =
@@ -99,19 +92,10 @@ bool FfmpegStream::Reader::FeedDecoder() {
 }
 
 std::optional<GreyImage> FfmpegStream::Reader::Grey() {
-  const int width = frame_->width, height = frame_->height;
-  const bool is_whole = (frame_->flags & AV_FRAME_FLAG_CORRUPT) == 0 && width > 0 && height > 0 &&
-                        width <= kMaxImageSidePx && height <= kMaxImageSidePx;
-  if (!is_whole) return std::nullopt;
-  to_grey_ =
-      sws_getCachedContext(to_grey_, width, height, static_cast<AVPixelFormat>(frame_->format),
-                           width, height, AV_PIX_FMT_GRAY8, SWS_POINT, nullptr, nullptr, nullptr);
-  if (!to_grey_) return std::nullopt;
-  GreyImage grey(height, width);
-  uint8_t* const rows[] = {grey.data};
-  const int strides[] = {static_cast<int>(grey.step)};
-  sws_scale(to_grey_, frame_->data, frame_->linesize, 0, height, rows, strides);
-  return grey;
+  if ((frame_->flags & AV_FRAME_FLAG_CORRUPT) != 0) return std::nullopt;
+  const cv::Mat grey = to_grey_.Convert(*frame_);
+  if (grey.empty()) return std::nullopt;
+  return GreyImage(grey.clone());  // Its rows had room between them.
 }
 
 std::optional<LiveImage> FfmpegStream::Reader::Next(const std::function<bool()>& stop) {

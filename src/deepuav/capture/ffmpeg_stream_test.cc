@@ -5,10 +5,13 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
+#include <opencv2/videoio.hpp>
 #include <thread>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/wait.h"
+#include "deepuav/io/testing/guarded_images.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -145,6 +148,48 @@ TEST(FfmpegStream, ReadsUdpWhateverTheSizeAndEndsWhereNothingComes) {
   while (stream.Next([&] { return stopping.Seconds() > 0.3; })) {
   }
   EXPECT_LT(stopping.Seconds(), kTimeout / 2) << "a stop is heeded while nothing comes";
+}
+
+/// A file of grey pictures, gone with the object.
+class GreyVideo {
+ public:
+  explicit GreyVideo(const cv::Size& size)
+      : file_(std::filesystem::path(testing::TempDir()) /
+              fmt::format("deepuav_grey_{}.avi", ::getpid())) {
+    cv::VideoWriter writer(file_.string(), cv::CAP_FFMPEG,
+                           cv::VideoWriter::fourcc('X', 'V', 'I', 'D'), 25, size);
+    for (int i = 0; i < kPictures; ++i) writer.write(cv::Mat3b(size, cv::Vec3b::all(kLevel)));
+  }
+  ~GreyVideo() { std::filesystem::remove(file_); }
+  GreyVideo(const GreyVideo&) = delete;
+  GreyVideo& operator=(const GreyVideo&) = delete;
+
+  static constexpr int kPictures = 100;  ///< More than are passed over on opening.
+  static constexpr uint8_t kLevel = 120;
+  std::string address() const { return file_.string(); }
+
+ private:
+  const std::filesystem::path file_;
+};
+
+TEST(FfmpegStream, FillsEveryColumnAndNothingBeyondWhateverTheWidth) {
+  GuardedImages images;
+  for (const int width : {846, 322, 500, 4, 2}) {
+    const cv::Size size(width, 50);
+    const GreyVideo video(size);
+    FfmpegStream stream(video.address(), video.address(), kTimeout, {});
+    int pictures = 0;
+    for (; const auto image = stream.Next({}); ++pictures) {
+      ASSERT_EQ(image->image.size(), size);
+      EXPECT_TRUE(image->image.isContinuous());
+      double low = 0, high = 0;
+      cv::minMaxLoc(image->image, &low, &high);
+      EXPECT_NEAR(low, GreyVideo::kLevel, 2) << width;
+      EXPECT_NEAR(high, GreyVideo::kLevel, 2) << width;
+    }
+    EXPECT_GT(pictures, 0) << width;
+  }
+  EXPECT_EQ(images.overrun(), 0);
 }
 
 TEST(FfmpegStream, IsGivenUpAfterTheTimeout) {

@@ -2,7 +2,6 @@
 
 extern "C" {
 #include <libavutil/display.h>
-#include <libswscale/swscale.h>
 }
 
 #include <algorithm>
@@ -14,37 +13,18 @@ extern "C" {
 #include "deepuav/io/camera_file.h"
 #include "deepuav/io/damage_watch.h"
 #include "deepuav/io/ffmpeg_handles.h"
+#include "deepuav/io/frame_converter.h"
 
 namespace deepuav {
 namespace {
 
 constexpr AVRational kNanoseconds = {1, 1'000'000'000};
-/// FFmpeg converts so many pixels of a row at a time, and may write beyond its end.
-constexpr int kGroupPx = 16;
-
-int WholeGroups(int width) { return (width + kGroupPx - 1) / kGroupPx * kGroupPx; }
-
-/// Its quick converters leave what is no whole group as it was. They look at no pixel's neighbours,
-/// so what lies beyond the picture does no harm. Others convert every pixel.
-int ConvertedWidth(const AVFrame& frame) {
-  constexpr AVPixelFormat kQuick[] = {AV_PIX_FMT_YUV420P, AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV422P,
-                                      AV_PIX_FMT_YUVJ422P};
-  const int whole = WholeGroups(frame.width);
-  const bool is_quick =
-      std::find(std::begin(kQuick), std::end(kQuick), frame.format) != std::end(kQuick);
-  const bool has_room = frame.linesize[0] >= whole && frame.linesize[1] >= whole / 2 &&
-                        frame.linesize[2] >= whole / 2;
-  return is_quick && has_room ? whole : frame.width;
-}
 
 }  // namespace
 
 class VideoFile::Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file) { Open(); }
-  ~Reader() { sws_freeContext(to_bgr_); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
 
   void Open();
   Packets ReadPackets();
@@ -74,7 +54,7 @@ class VideoFile::Reader {
   FfmpegOwned<AVCodecContext> codec_;
   FfmpegOwned<AVPacket> packet_{av_packet_alloc()};
   std::deque<Decoded> decoded_;  ///< That given last, and what is shown after it.
-  SwsContext* to_bgr_ = nullptr;
+  FrameConverter to_bgr_{FrameConverter::Pixels::kBgr};
   int stream_ = -1;
   bool is_drained_ = false;
   bool is_in_hand_ = false;  ///< The first of decoded_ was given.
@@ -202,20 +182,7 @@ void VideoFile::Reader::Judge(FfmpegOwned<AVFrame> frame) {
 }
 
 cv::Mat VideoFile::Reader::Pixels() {
-  if (decoded_.empty()) return {};
-  const AVFrame& frame = *decoded_.front().frame;
-  const int width = frame.width, height = frame.height;
-  if (width <= 0 || height <= 0 || width > kMaxImageSidePx || height > kMaxImageSidePx) return {};
-  const auto format = static_cast<AVPixelFormat>(frame.format);
-  const int converted = ConvertedWidth(frame);
-  to_bgr_ = sws_getCachedContext(to_bgr_, converted, height, format, converted, height,
-                                 AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
-  if (!to_bgr_) return {};
-  cv::Mat bgr(height, WholeGroups(width) + kGroupPx, CV_8UC3);
-  uint8_t* const rows[] = {bgr.data};
-  const int strides[] = {static_cast<int>(bgr.step)};
-  sws_scale(to_bgr_, frame.data, frame.linesize, 0, height, rows, strides);
-  return bgr.colRange(0, width);
+  return decoded_.empty() ? cv::Mat() : to_bgr_.Convert(*decoded_.front().frame);
 }
 
 VideoFile::VideoFile(const std::filesystem::path& file) : reader_(std::make_unique<Reader>(file)) {}
