@@ -6,21 +6,10 @@
 #include <cmath>
 
 #include "deepuav/geometry/camera_scale.h"
+#include "deepuav/geometry/lens_names.h"
 
 namespace deepuav {
 namespace {
-
-const char* ModelName(LensModel lens) {
-  switch (lens) {
-    case LensModel::kPinhole:
-      return "pinhole";
-    case LensModel::kRadialTangential:
-      return "radial_tangential";
-    case LensModel::kEquidistant:
-      return "equidistant";
-  }
-  return "";
-}
 
 std::string LensComments(const RefinedLens& lens, double fx) {
   const CalibrationSigmas& sigmas = lens.sigmas;
@@ -54,7 +43,7 @@ std::string CalibrationYaml(const FoundCalibration& calibration) {
   if (calibration.lens) yaml += LensComments(*calibration.lens, camera.pinhole.fx);
   yaml += fmt::format(
       "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
-      ModelName(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
+      NameOf(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
       camera.pinhole.cx, camera.pinhole.cy);
   if (!camera.distortion.empty())
     yaml += fmt::format("distortion: [{:.9g}]\n", fmt::join(camera.distortion, ", "));

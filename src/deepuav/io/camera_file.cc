@@ -1,10 +1,13 @@
 #include "deepuav/io/camera_file.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
+#include "deepuav/geometry/lens_names.h"
 #include "deepuav/io/text_file.h"
 #include "deepuav/io/yaml_map.h"
 
@@ -12,36 +15,33 @@ namespace deepuav {
 namespace {
 
 constexpr const char* kReadoutField = "readout_ms";
+constexpr const char* kAuto = "auto";  // A model to be found.
 constexpr double kMaxReadoutMs = 1000;
 
 const std::array<std::string, 10> kFields = {
     "model", "width", "height", "fx", "fy", "cx", "cy", "distortion", "rate_hz", kReadoutField};
-const std::array<std::string, 4> kModels = {"pinhole", "radial_tangential", "equidistant", "auto"};
 const std::array<std::string, 6> kIntrinsics = {"width", "height", "fx", "fy", "cx", "cy"};
 
 std::string ReadModel(const YamlMap& yaml) {
-  const std::string model = yaml.Text("model");
-  if (std::find(kModels.begin(), kModels.end(), model) == kModels.end()) {
-    throw Error(
-        "{}: model is {}: expected pinhole, radial_tangential, equidistant or auto (the nearest is "
-        "'{}')",
-        yaml.Where("model"), Quoted(model), NearestName(model, kModels));
-  }
-  return model;
+  std::string model = yaml.Text("model");
+  if (model == kAuto || LensModelOf(model)) return model;
+  std::vector<std::string> known = LensModelNames();
+  const std::string named = fmt::format("{}", fmt::join(known, ", "));
+  known.emplace_back(kAuto);
+  throw Error("{}: model is {}: expected {} or {} (the nearest is '{}')", yaml.Where("model"),
+              Quoted(model), named, kAuto, NearestName(model, known));
 }
 
 LensModel LensOf(const std::string& model, bool distorted) {
-  if (model == "equidistant") return LensModel::kEquidistant;
-  if (model == "radial_tangential" || (model == "auto" && distorted))
-    return LensModel::kRadialTangential;
-  return LensModel::kPinhole;
+  if (const auto lens = LensModelOf(model)) return *lens;
+  return distorted ? LensModel::kRadialTangential : LensModel::kPinhole;
 }
 
 void ReadIntrinsics(const YamlMap& yaml, const std::string& model, Camera* camera) {
   camera->width = yaml.Integer("width", 1, kMaxImageSidePx);
   camera->height = yaml.Integer("height", 1, kMaxImageSidePx);
   camera->pinhole = {yaml.Number("fx"), yaml.Number("fy"), yaml.Number("cx"), yaml.Number("cy")};
-  const bool may_lack_distortion = model == "pinhole" || model == "auto";
+  const bool may_lack_distortion = model == NameOf(LensModel::kPinhole) || model == kAuto;
   if (yaml.Has("distortion") || !may_lack_distortion)
     camera->distortion = yaml.Numbers("distortion");
   camera->lens = LensOf(model, !camera->distortion.empty());
@@ -82,7 +82,7 @@ CameraFile ReadCameraFile(const std::filesystem::path& file) {
   yaml.RequireKnown(kFields);
   const std::string model = ReadModel(yaml);
   CameraFile result;
-  result.refine = model == "auto";
+  result.refine = model == kAuto;
   const bool any_given = std::any_of(kIntrinsics.begin(), kIntrinsics.end(),
                                      [&](const auto& key) { return yaml.Has(key); });
   result.has_intrinsics = !result.refine || any_given;
