@@ -5,33 +5,21 @@
 #include <span>
 
 #include "deepuav/matching/nearest_neighbour.h"
-#include "support/synthetic_map.h"
+#include "support/straight_flight.h"
 
 namespace deepuav {
 namespace {
 
-constexpr double kHeight = 12, kStep = 0.5, kBriefScale = 2.5;
-constexpr int kFrames = 26, kKeyframes = 6;
+constexpr double kBriefScale = 2.5;
 constexpr int kFirstBrief = 11, kLastBrief = 13;  // between keyframes of the other map
 constexpr FeatureNoise kNoise{0.5, 0.3, 0, 30};
 constexpr MapId kAround{0}, kBrief{1};
 
-SE3 PoseAt(double frame) { return LookDown({kStep * frame, 0, kHeight}, 0.01 * frame); }
-
-SyntheticWorld Ground() {
-  Random random(1);
-  SyntheticWorld world;
-  world.landmarks_world = LandmarksOnGround(2500, {-10, -10}, {30, 10}, 1, &random);
-  return world;
-}
-
 /// A flight with a map, of which some frames in the middle lie in a map of their own.
-class BriefMapsTest : public testing::Test {
+class BriefMapsTest : public testing::Test, protected StraightFlight {
  protected:
   BriefMapsTest() {
-    std::vector<SE3> poses;
-    for (int k = 0; k < kKeyframes; ++k) poses.push_back(PoseAt(5 * k));
-    SyntheticMap made = MakeTrueMap(world_, poses, kNoise, &random_);
+    SyntheticMap made = MakeTrueMap(world_, KeyframePoses(), kNoise, &random_);
     keyframes_ = made.keyframes;
     atlas_.ids() = made.ids;
     atlas_.Add(std::move(made.map));
@@ -55,8 +43,7 @@ class BriefMapsTest : public testing::Test {
   FrameRecord RecordOf(int i) {
     const MapId map = IsBrief(i) ? kBrief : kAround;
     const SE3 cam_from_world = IsBrief(i) ? BriefPoseAt(i) : PoseAt(i);
-    const KeyframeId near =
-        IsBrief(i) ? brief_keyframes_[0] : keyframes_[static_cast<size_t>(std::min(i / 5, 5))];
+    const KeyframeId near = IsBrief(i) ? brief_keyframes_[0] : keyframes_[KeyframeOf(i)];
     TrackingResult result;
     result.state = TrackingState::kTracking;
     result.pose = TrackedPose{
@@ -78,9 +65,7 @@ class BriefMapsTest : public testing::Test {
     return brief.Restore(finish, nullptr, &mapper, &records_);
   }
   double Error(int i) const {
-    return (records_[static_cast<size_t>(i)].cam_from_world.InverseTranslation() -
-            PoseAt(i).InverseTranslation())
-        .norm();
+    return PositionError(records_[static_cast<size_t>(i)].cam_from_world, i);
   }
 
   const FeatureWorld world_{Ground(), 2};

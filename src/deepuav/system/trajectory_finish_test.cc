@@ -3,30 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "deepuav/matching/nearest_neighbour.h"
-#include "support/synthetic_map.h"
+#include "support/straight_flight.h"
 
 namespace deepuav {
 namespace {
 
-constexpr double kHeight = 12, kStep = 0.5;  // of keyframes 5 steps apart
-constexpr int kFrames = 26, kKeyframes = 6;
-
-SE3 PoseAt(double frame) { return LookDown({kStep * frame, 0, kHeight}, 0.01 * frame); }
-
-SyntheticWorld Ground() {
-  Random random(1);
-  SyntheticWorld world;
-  world.landmarks_world = LandmarksOnGround(2500, {-10, -10}, {30, 10}, 1, &random);
-  return world;
-}
-
 /// A map of a straight flight, and records of its frames as tracking left them.
-class TrajectoryFinishTest : public testing::Test {
+class TrajectoryFinishTest : public testing::Test, protected StraightFlight {
  protected:
   TrajectoryFinishTest() {
-    std::vector<SE3> poses;
-    for (int k = 0; k < kKeyframes; ++k) poses.push_back(PoseAt(5 * k));
-    SyntheticMap made = MakeTrueMap(world_, poses, {0.5, 0.3, 0, 30}, &random_);
+    SyntheticMap made = MakeTrueMap(world_, KeyframePoses(), {0.5, 0.3, 0, 30}, &random_);
     keyframes_ = made.keyframes;
     landmark_of_ = made.landmark_of;
     atlas_.Add(std::move(made.map));
@@ -38,7 +24,7 @@ class TrajectoryFinishTest : public testing::Test {
     const Frame frame = FrameOf(1000 + i, view);
     TrackingResult result;
     result.state = TrackingState::kTracking;
-    const KeyframeId near = keyframes_[static_cast<size_t>(std::min(i / 5, kKeyframes - 1))];
+    const KeyframeId near = keyframes_[KeyframeOf(i)];
     const SE3 near_from_world = atlas_.At(MapId{0}).At(near).cam_from_world;
     result.pose = TrackedPose{MapId{0}, {near, PoseAt(i) * near_from_world.Inverse(), 1}, {}};
     for (size_t k = 0; k < view.landmark.size(); ++k) {
@@ -79,9 +65,7 @@ class TrajectoryFinishTest : public testing::Test {
   }
 
   double Error(size_t i) const {
-    return (records_[i].cam_from_world.InverseTranslation() -
-            PoseAt(static_cast<double>(i)).InverseTranslation())
-        .norm();
+    return PositionError(records_[i].cam_from_world, static_cast<int>(i));
   }
 
   const FeatureWorld world_{Ground(), 2};
