@@ -12,10 +12,8 @@ constexpr double kLeastInformationRatio = 1e-9;
 
 /// d (x/z, y/z) / d point_world.
 Matrix23d Jacobian(const Eigen::Vector3d& point_cam, const Eigen::Matrix3d& cam_rotation_world) {
-  const double inv_z = 1 / point_cam.z();
-  Matrix23d of_cam;
-  of_cam << inv_z, 0, -point_cam.x() * inv_z * inv_z, 0, inv_z, -point_cam.y() * inv_z * inv_z;
-  return of_cam * cam_rotation_world;
+  constexpr Pinhole kUnit{1, 1, 0, 0};
+  return kUnit.ProjectJacobian(point_cam) * cam_rotation_world;
 }
 
 }  // namespace
