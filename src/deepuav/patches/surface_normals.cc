@@ -63,6 +63,17 @@ Eigen::Vector2d FitSlope(const SurfacePoint& point, const std::vector<const Surf
 
 }  // namespace
 
+std::optional<SurfacePoint> SeenBy(const SE3& cam_from_world, const Eigen::Vector3d& point_world,
+                                   const Eigen::Matrix3d& noise, double focal_px) {
+  const Eigen::Vector3d point = cam_from_world * point_world;
+  if (!(point.z() > 0)) return std::nullopt;
+  const Eigen::Vector3d axis_world =
+      cam_from_world.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+  const double depth_sigma = std::sqrt(axis_world.dot(noise * axis_world)) / focal_px;
+  return SurfacePoint{point.head<2>() / point.z(), 1 / point.z(),
+                      depth_sigma / (point.z() * point.z())};
+}
+
 void SurfaceNormalOptions::Check() const { CheckOptions("mapping.surface", *this); }
 
 SurfaceNormals::SurfaceNormals(std::vector<SurfacePoint> points, double focal_px,

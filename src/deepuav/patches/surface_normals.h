@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/geometry/se3.h"
 
 namespace deepuav {
 
@@ -38,6 +40,11 @@ struct SurfacePoint {
   double inverse_depth = 0;
   double sigma = 0;  ///< Standard deviation of the inverse depth.
 };
+
+/// The point as a camera of that focal length sees it; nothing behind the camera. `noise`:
+/// covariance of where it is, by pixels that were taken to be of a focal length of 1.
+std::optional<SurfacePoint> SeenBy(const SE3& cam_from_world, const Eigen::Vector3d& point_world,
+                                   const Eigen::Matrix3d& noise, double focal_px);
 
 /// The surface that one camera sees, by the points on it. A plane's inverse depth is linear in the
 /// image, so each normal is a linear fit, robust (Cauchy weights by the median of the errors) as

@@ -116,6 +116,24 @@ TEST(SurfaceNormals, PointsOnALineLeaveTheSlopeAcrossToThePrior) {
   EXPECT_NEAR(normal.dot(along.normalized()), 0, 0.01);
 }
 
+TEST(SurfacePoint, IsSeenInFrontWithTheNoiseAlongTheAxis) {
+  constexpr double kFocal = 500, kDepthSigma = 0.3;
+  // Looks along the world's x axis.
+  const SE3 cam_from_world(
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ()),
+      Eigen::Vector3d(0, 0, 2));
+  Eigen::Matrix3d noise = Eigen::Vector3d(kDepthSigma, 5, 7).cwiseAbs2().asDiagonal();
+  noise *= kFocal * kFocal;
+  const Eigen::Vector3d point_cam(0.4, -0.8, 4);
+  const auto seen = SeenBy(cam_from_world, cam_from_world.Inverse() * point_cam, noise, kFocal);
+  ASSERT_TRUE(seen);
+  EXPECT_LT((seen->direction - Eigen::Vector2d(0.1, -0.2)).norm(), 1e-12);
+  EXPECT_NEAR(seen->inverse_depth, 0.25, 1e-12);
+  EXPECT_NEAR(seen->sigma, kDepthSigma / 16, 1e-12);
+  const Eigen::Vector3d behind = cam_from_world.Inverse() * Eigen::Vector3d(0, 0, -1);
+  EXPECT_FALSE(SeenBy(cam_from_world, behind, noise, kFocal));
+}
+
 TEST(SurfaceNormalOptions, RefusesWhatCannotBe) {
   EXPECT_ANY_THROW(SurfaceNormalOptions{.neighbours = 2}.Check());
   EXPECT_ANY_THROW(SurfaceNormalOptions{.slope_sigma = 0}.Check());

@@ -1,6 +1,5 @@
 #include "deepuav/survey/track_surfaces.h"
 
-#include <cmath>
 #include <utility>
 
 #include "deepuav/base/parallel.h"
@@ -22,33 +21,6 @@ Eigen::Matrix3d PointNoise(const Track& track, size_t t, const ViewPixels& px,
   return information.Noise();
 }
 
-/// What one view sees of the points.
-class ViewSurface {
- public:
-  ViewSurface(const SE3& cam_from_world, double focal_px)
-      : cam_from_world_(cam_from_world),
-        axis_world_(cam_from_world.rotation().conjugate() * Eigen::Vector3d::UnitZ()),
-        focal_px_(focal_px) {}
-
-  /// Nothing behind the view.
-  std::optional<SurfacePoint> See(const Eigen::Vector3d& point_world,
-                                  const Eigen::Matrix3d& noise) const {
-    const Eigen::Vector3d point = cam_from_world_ * point_world;
-    if (!(point.z() > 0)) return std::nullopt;
-    const double depth_sigma = std::sqrt(axis_world_.dot(noise * axis_world_)) / focal_px_;
-    return SurfacePoint{point.head<2>() / point.z(), 1 / point.z(),
-                        depth_sigma / (point.z() * point.z())};
-  }
-  Eigen::Vector3d ToWorld(const Eigen::Vector3d& normal_cam) const {
-    return cam_from_world_.rotation().conjugate() * normal_cam;
-  }
-
- private:
-  const SE3& cam_from_world_;
-  const Eigen::Vector3d axis_world_;
-  const double focal_px_;
-};
-
 }  // namespace
 
 std::vector<std::optional<Eigen::Vector3d>> TrackNormals(const Tracks& tracks, const ViewPixels& px,
@@ -66,20 +38,21 @@ std::vector<std::optional<Eigen::Vector3d>> TrackNormals(const Tracks& tracks, c
   ForEachInParallel(static_cast<int>(px.size()), threads, [&](int view) {
     const auto v = static_cast<size_t>(view);
     if (!state.cam_from_world[v]) return;
-    const ViewSurface surface(*state.cam_from_world[v], focal_px);
+    const SE3& cam_from_world = *state.cam_from_world[v];
     std::vector<SurfacePoint> seen;
     std::vector<std::pair<size_t, SurfacePoint>> asked;
     for (const int track : tracks.of_keypoint[v]) {
       if (track < 0 || !state.points[static_cast<size_t>(track)]) continue;
       const auto t = static_cast<size_t>(track);
-      const auto point = surface.See(*state.points[t], noise[t]);
+      const auto point = SeenBy(cam_from_world, *state.points[t], noise[t], focal_px);
       if (!point) continue;
       seen.push_back(*point);
       if (view_of_track[t] == view) asked.emplace_back(t, *point);
     }
     if (asked.empty()) return;
     const SurfaceNormals fits(std::move(seen), focal_px, options);
-    for (const auto& [t, point] : asked) normals[t] = surface.ToWorld(fits.At(point));
+    const Eigen::Quaterniond world_from_cam = cam_from_world.rotation().conjugate();
+    for (const auto& [t, point] : asked) normals[t] = world_from_cam * fits.At(point);
   });
   return normals;
 }
