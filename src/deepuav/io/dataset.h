@@ -10,6 +10,7 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/se3.h"
 #include "deepuav/image/image.h"
+#include "deepuav/io/damage_watch.h"
 #include "deepuav/sensors/streams.h"
 
 namespace deepuav {
@@ -66,6 +67,7 @@ struct DatasetOptions {
       camera_file;  ///< Overrides every other calibration; empty: the dataset's own.
   /// Larger images are reduced to about so many pixels, and the camera with them; 0: none are.
   double working_pixels = 1e6;
+  DamageOptions damage = {};  ///< Of videos.
 
   void Check() const;
   template <typename Visitor>
@@ -73,6 +75,7 @@ struct DatasetOptions {
     visit("working_pixels", working_pixels, "",
           "pixels to which larger images are reduced before anything looks at them; 0: none are",
           ZeroOr(Between(1e4, 4e8)));
+    visit.Part("damage", damage);
   }
 };
 

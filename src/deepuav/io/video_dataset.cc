@@ -60,7 +60,7 @@ class VideoDataset : public Dataset {
  public:
   VideoDataset(const fs::path& file, const VideoCalibration& calibration,
                const DatasetOptions& options)
-      : file_(Checked(file)), video_(file), packets_(video_.ReadPackets()) {
+      : file_(Checked(file)), video_(file, options.damage), packets_(video_.ReadPackets()) {
     FindCamera(calibration);
     ReadRate(calibration);
     if (packets_.count == 0 || !Advance()) {

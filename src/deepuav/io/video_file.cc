@@ -11,7 +11,6 @@ extern "C" {
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/camera_file.h"
-#include "deepuav/io/damage_watch.h"
 #include "deepuav/io/ffmpeg_handles.h"
 #include "deepuav/io/frame_converter.h"
 
@@ -24,7 +23,10 @@ constexpr AVRational kNanoseconds = {1, 1'000'000'000};
 
 class VideoFile::Reader {
  public:
-  explicit Reader(const std::filesystem::path& file) : file_(file) { Open(); }
+  Reader(const std::filesystem::path& file, const DamageOptions& damage)
+      : file_(file), damage_options_(damage) {
+    Open();
+  }
 
   void Open();
   Packets ReadPackets();
@@ -50,6 +52,7 @@ class VideoFile::Reader {
   size_t PicturesAhead() const;
 
   const std::filesystem::path file_;
+  const DamageOptions damage_options_;
   FfmpegOwned<AVFormatContext> format_;
   FfmpegOwned<AVCodecContext> codec_;
   FfmpegOwned<AVPacket> packet_{av_packet_alloc()};
@@ -58,7 +61,7 @@ class VideoFile::Reader {
   int stream_ = -1;
   bool is_drained_ = false;
   bool is_in_hand_ = false;  ///< The first of decoded_ was given.
-  DamageWatch damage_;
+  DamageWatch damage_{damage_options_};
 };
 
 void VideoFile::Reader::Open() {
@@ -68,7 +71,7 @@ void VideoFile::Reader::Open() {
   is_drained_ = false;
   decoded_.clear();
   is_in_hand_ = false;
-  damage_ = {};
+  damage_ = DamageWatch(damage_options_);
   AVFormatContext* format = nullptr;
   if (avformat_open_input(&format, file_.c_str(), nullptr, nullptr) < 0) {
     throw Error("{}: cannot be opened as a video: expected a container that FFmpeg reads",
@@ -150,8 +153,7 @@ std::optional<VideoFile::Picture> VideoFile::Reader::Next() {
 
 /// What is shown before a picture may build on it.
 size_t VideoFile::Reader::PicturesAhead() const {
-  constexpr size_t kMostBetween = 4;
-  return codec_->has_b_frames > 0 ? kMostBetween : 0;
+  return codec_->has_b_frames > 0 ? static_cast<size_t>(damage_options_.pictures_ahead) : 0;
 }
 
 bool VideoFile::Reader::Decode() {
@@ -185,7 +187,8 @@ cv::Mat VideoFile::Reader::Pixels() {
   return decoded_.empty() ? cv::Mat() : to_bgr_.Convert(*decoded_.front().frame);
 }
 
-VideoFile::VideoFile(const std::filesystem::path& file) : reader_(std::make_unique<Reader>(file)) {}
+VideoFile::VideoFile(const std::filesystem::path& file, const DamageOptions& damage)
+    : reader_(std::make_unique<Reader>(file, damage)) {}
 
 VideoFile::~VideoFile() = default;
 

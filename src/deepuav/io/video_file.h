@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "deepuav/io/damage_watch.h"
+
 namespace deepuav {
 
 /// The pictures of a video file, in the order in which they are shown. Thread-compatible.
@@ -27,7 +29,7 @@ class VideoFile {
   };
 
   /// Throws Error naming the file where it cannot be opened as a video or has no picture's size.
-  explicit VideoFile(const std::filesystem::path& file);
+  VideoFile(const std::filesystem::path& file, const DamageOptions& damage);
   ~VideoFile();
 
   int width() const;
