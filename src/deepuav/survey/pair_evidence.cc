@@ -12,9 +12,6 @@
 namespace deepuav {
 namespace {
 
-constexpr double kExplainedShare = 0.5;       // of a pair's matches that agree with the map
-constexpr double kContradictingShare = 0.25;  // and below which it is put elsewhere
-
 /// Counts in the cells of an image.
 class CellCounts {
  public:
@@ -44,9 +41,8 @@ cv::Point2d PointOf(const Features& features, int keypoint) {
 
 /// As seen by a.
 double CoverageIn(const Features& a, const std::vector<cv::Point2d>& matched_a,
-                  const cv::Matx33d& b_from_a, const cv::Size& size) {
-  constexpr int kTellingKeypoints = 5;  // of a cell of which it is known whether they match
-  constexpr int kTellingCells = 3;
+                  const cv::Matx33d& b_from_a, const cv::Size& size,
+                  const PairEvidenceOptions& options) {
   CellCounts common(size), matched(size);
   for (const Keypoint& keypoint : a.keypoints) {
     const cv::Point2d px(keypoint.image_px.x(), keypoint.image_px.y());
@@ -57,11 +53,11 @@ double CoverageIn(const Features& a, const std::vector<cv::Point2d>& matched_a,
   for (const cv::Point2d& px : matched_a) matched.Add(px);
   int telling = 0, covered = 0;
   for (size_t cell = 0; cell < CellCounts::size(); ++cell) {
-    if (common.At(cell) < kTellingKeypoints) continue;
+    if (common.At(cell) < options.telling_keypoints) continue;
     ++telling;
     covered += matched.At(cell) > 0;
   }
-  return telling >= kTellingCells ? static_cast<double>(covered) / telling : 0;
+  return telling >= options.telling_cells ? static_cast<double>(covered) / telling : 0;
 }
 
 const SE3& PoseOf(const SurveyState& state, int view) {
@@ -90,8 +86,7 @@ bool IsSeenAt(const SurveyState& state, const Eigen::Vector3d& point, int view,
 }  // namespace
 
 double MatchCoverage(const Features& a, const Features& b, const std::vector<Match>& matches,
-                     const cv::Size& image_size) {
-  constexpr double kRoughPx = 12;  // the ground is no plane
+                     const cv::Size& image_size, const PairEvidenceOptions& options) {
   constexpr double kConfidence = 0.999;
   constexpr int kIterations = 1000, kLeast = 4;
   if (std::ssize(matches) < kLeast) return 0;
@@ -102,11 +97,12 @@ double MatchCoverage(const Features& a, const Features& b, const std::vector<Mat
   }
   cv::Mat inlier;
   const cv::Mat found = cv::findHomography(
-      in_a, in_b, inlier, MakeUsacParams(kRoughPx, kConfidence, kIterations, matches.size()));
+      in_a, in_b, inlier,
+      MakeUsacParams(options.rough_plane_px, kConfidence, kIterations, matches.size()));
   if (found.empty()) return 0;
   const cv::Matx33d b_from_a = found;
-  return std::min(CoverageIn(a, in_a, b_from_a, image_size),
-                  CoverageIn(b, in_b, b_from_a.inv(), image_size));
+  return std::min(CoverageIn(a, in_a, b_from_a, image_size, options),
+                  CoverageIn(b, in_b, b_from_a.inv(), image_size, options));
 }
 
 PairJudge::PairJudge(const std::vector<SurveyView>& views, const ViewPixels& px,
@@ -114,9 +110,7 @@ PairJudge::PairJudge(const std::vector<SurveyView>& views, const ViewPixels& px,
     : views_(views), px_(px), image_size_(image_size), options_(options) {}
 
 double PairJudge::AgreeingShare(const MatchedPair& pair, const BuiltSurvey& map) const {
-  constexpr int kTellingPoints = 8;
-  constexpr double kMapErrs = 2;  // over the limit of single pairs, before all is adjusted well
-  const double limit = kMapErrs * options_.pair_error_px;
+  const double limit = options_.evidence.map_error_factor * options_.pair_error_px;
   int seen = 0, in_place = 0, on_line = 0;
   for (const Match& match : pair.matches) {
     const auto of_a = PointSeen(map, pair.a, match.a), of_b = PointSeen(map, pair.b, match.b);
@@ -126,7 +120,7 @@ double PairJudge::AgreeingShare(const MatchedPair& pair, const BuiltSurvey& map)
     in_place += (of_a && IsSeenAt(map.state, *of_a, pair.b, PixelOf(pair.b, match.b), limit)) ||
                 (of_b && IsSeenAt(map.state, *of_b, pair.a, PixelOf(pair.a, match.a), limit));
   }
-  if (seen >= kTellingPoints) return static_cast<double>(in_place) / seen;
+  if (seen >= options_.evidence.telling_points) return static_cast<double>(in_place) / seen;
   return pair.matches.empty() ? 0 : static_cast<double>(on_line) / std::ssize(pair.matches);
 }
 
@@ -146,14 +140,14 @@ bool PairJudge::FitsEpipolarLine(const MatchedPair& pair, const Match& match,
 
 bool PairJudge::IsExplained(const MatchedPair& pair, const BuiltSurvey& map) const {
   return map.state.Has(pair.a) && map.state.Has(pair.b) &&
-         AgreeingShare(pair, map) >= kExplainedShare;
+         AgreeingShare(pair, map) >= options_.evidence.explained_share;
 }
 
 double PairJudge::CoverageOf(MatchedPair* pair) const {
   if (!pair->coverage) {
     pair->coverage = MatchCoverage(*views_[static_cast<size_t>(pair->a)].frame.features,
                                    *views_[static_cast<size_t>(pair->b)].frame.features,
-                                   pair->matches, image_size_);
+                                   pair->matches, image_size_, options_.evidence);
   }
   return *pair->coverage;
 }
@@ -165,7 +159,7 @@ std::vector<size_t> PairJudge::Contradicting(std::vector<MatchedPair>* pairs,
     MatchedPair& pair = (*pairs)[i];
     if (!map.state.Has(pair.a) || !map.state.Has(pair.b)) continue;
     if (std::ssize(pair.matches) < options_.contradicting_matches) continue;
-    if (AgreeingShare(pair, map) >= kContradictingShare) continue;
+    if (AgreeingShare(pair, map) >= options_.evidence.contradicting_share) continue;
     if (CoverageOf(&pair) >= options_.contradicting_coverage) contradicting.push_back(i);
   }
   return contradicting;
@@ -191,10 +185,9 @@ bool PairJudge::SetSuspectsAside(const BuiltSurvey& map, bool everywhere,
   return suspects->size() > before;
 }
 
-/// A wrong place is held by many matches, but of low coverage.
 double PairJudge::WeightOf(MatchedPair* pair) const {
-  constexpr double kCoverageCounts = 6;
-  return static_cast<double>(pair->matches.size()) * std::pow(CoverageOf(pair), kCoverageCounts);
+  return static_cast<double>(pair->matches.size()) *
+         std::pow(CoverageOf(pair), options_.evidence.coverage_power);
 }
 
 double PairJudge::Agreement(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const {
@@ -208,8 +201,7 @@ double PairJudge::Agreement(std::vector<MatchedPair>* pairs, const BuiltSurvey& 
 
 std::vector<int> PairJudge::Doubtful(std::vector<MatchedPair>* pairs,
                                      const BuiltSurvey& map) const {
-  constexpr double kDoubtfulRatio = 0.1;
-  return Contradicted(kDoubtfulRatio, pairs, map);
+  return Contradicted(options_.evidence.doubtful_ratio, pairs, map);
 }
 
 std::vector<int> PairJudge::Misplaced(std::vector<MatchedPair>* pairs,

@@ -15,7 +15,7 @@ namespace deepuav {
 /// match all over it; of places that merely look alike (roofs of a kind, containers, rows of a
 /// field) what is alike matches and nothing beside it. 0 where too little is seen to say.
 double MatchCoverage(const Features& a, const Features& b, const std::vector<Match>& matches,
-                     const cv::Size& image_size);
+                     const cv::Size& image_size, const PairEvidenceOptions& options);
 
 /// Whether a map and the matches of photographs agree. The arguments of the constructor must
 /// outlive it.

@@ -98,7 +98,8 @@ class AlikeRoofs : public ::testing::Test {
   }
   double Coverage(int a, int b) {
     return MatchCoverage(*views_[static_cast<size_t>(a)].frame.features,
-                         *views_[static_cast<size_t>(b)].frame.features, Matches(a, b), kSize);
+                         *views_[static_cast<size_t>(b)].frame.features, Matches(a, b), kSize,
+                         options_.evidence);
   }
 
   FeatureWorld world_;
@@ -114,10 +115,16 @@ TEST_F(AlikeRoofs, WhatIsTheSameMatchesAllOverAndWhatIsAlikeInParts) {
   EXPECT_LT(Coverage(0, kPhotographs - 1), 0.45);
 }
 
+TEST_F(AlikeRoofs, WhatIsTooLittleToTellIsAsTheOptionsSay) {
+  EXPECT_GT(Coverage(0, 1), 0);
+  options_.evidence.telling_keypoints = 1000;
+  EXPECT_EQ(Coverage(0, 1), 0) << "no cell tells";
+}
+
 TEST_F(AlikeRoofs, FewMatchesCoverNothing) {
   const Features& a = *views_[0].frame.features;
-  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {}, kSize), 0);
-  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {{0, 0, 0.1f}}, kSize), 0);
+  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {}, kSize, {}), 0);
+  EXPECT_EQ(MatchCoverage(a, *views_[1].frame.features, {{0, 0, 0.1f}}, kSize, {}), 0);
 }
 
 TEST_F(AlikeRoofs, KeypointsNewerThanTheMapAreJudgedByTheirLines) {
@@ -253,6 +260,12 @@ TEST_F(MisleadingRoof, ViewsOfWhichMoreIsSaidAgainstTheirPlaceAreMisplaced) {
   judge.SetHoldingAside(misplaced, map, &pairs, &holding);
   EXPECT_FALSE(holding.empty());
   for (const MatchedPair& pair : holding) EXPECT_TRUE(pair.a < kMisled - 1 && pair.b == kMisled);
+}
+
+TEST(PairEvidenceOptions, APairCannotBeExplainedAndContradict) {
+  SurveyOptions options;
+  options.evidence.contradicting_share = 0.6;
+  EXPECT_THROW(options.Check(), Error);
 }
 
 }  // namespace

@@ -8,12 +8,6 @@
 namespace deepuav {
 namespace {
 
-/// Views of the map into which one beside it grows, at most.
-constexpr int kCommonViews = 4;
-
-/// Standard deviation of the scale between two maps, as a share of it, above which it is not told.
-constexpr double kMaxScaleSigma = 0.03;
-
 std::set<int> ViewsIn(const SurveyState& state) {
   std::set<int> views;
   for (size_t v = 0; v < state.cam_from_world.size(); ++v) {
@@ -52,7 +46,7 @@ std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
     side->Grow(all, elsewhere, stop);
     side->Settle(stop);
     const std::set<int> outside = ViewsIn(side->state());
-    side->Grow(static_cast<int>(outside.size()) + kCommonViews, taken, stop);
+    side->Grow(static_cast<int>(outside.size()) + options.joining.common_views, taken, stop);
     const auto link =
         FindMapLink(map.tracks, map.px, map.state, side->state(), outside, options.max_error_px);
     if (link)
@@ -60,7 +54,7 @@ std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
                   outside.size(), link->agreeing, link->sights, 100 * link->scale_sigma);
     if (link && link->agreeing >= options.min_pose_inliers &&
         link->agreeing >= options.min_pose_ratio * link->sights &&
-        link->scale_sigma <= kMaxScaleSigma)
+        link->scale_sigma <= options.joining.max_scale_sigma)
       return Together(map.state, side->state(), outside, link->main_from_side);
     elsewhere.insert(outside.begin(), outside.end());
   }

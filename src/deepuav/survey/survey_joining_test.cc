@@ -31,6 +31,12 @@ class TwoHeights : public ::testing::Test {
     Show(60, {24, -2}, {42, 14}, {2, 4, 5, 6, 7});
   }
 
+  void ShowSharedPoints() {
+    Show(18, {24, 0}, {34, 14}, {3, 4, 5, 6, 7});
+    Show(8, {24, 0}, {34, 14}, {3, 4});
+    Show(8, {24, 0}, {34, 14}, {3, 6});
+  }
+
   SE3 Above(double x, double y, double height_m) {
     return Perturbed(LookDown({x, y, height_m}, M_PI / 2), 0.3, 0.05, &random_);
   }
@@ -67,8 +73,9 @@ class TwoHeights : public ::testing::Test {
     return views;
   }
 
-  SurveyOutcome Run() {
+  SurveyOutcome Run(const SurveyJoiningOptions& joining = {}) {
     SurveyOptions options;
+    options.joining = joining;
     options.sequence_neighbours = 100;
     NearestNeighbourMatcher matcher{{}};
     return SurveyMapper(camera_, 0, options, {&matcher}, nullptr).Run(Views());
@@ -92,10 +99,15 @@ TEST_F(TwoHeights, WithoutAPointOfTheMapStayApartWhereOnlyOnePhotographLeadsOver
   EXPECT_EQ(outcome.atlas.Remaining().size(), 2u) << "the scale between them is not told";
 }
 
+TEST_F(TwoHeights, StayApartWhereTheScaleIsToBeToldBetter) {
+  ShowSharedPoints();
+  SurveyJoiningOptions joining;
+  joining.max_scale_sigma = 1e-6;
+  EXPECT_EQ(Run(joining).atlas.Remaining().size(), 2u);
+}
+
 TEST_F(TwoHeights, JoinByPhotographsThatEachSharePointsOfTheirOwn) {
-  Show(18, {24, 0}, {34, 14}, {3, 4, 5, 6, 7});
-  Show(8, {24, 0}, {34, 14}, {3, 4});
-  Show(8, {24, 0}, {34, 14}, {3, 6});
+  ShowSharedPoints();
   const SurveyOutcome outcome = Run();
   ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
   std::vector<Eigen::Vector3d> found, truth;

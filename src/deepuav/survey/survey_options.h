@@ -3,6 +3,8 @@
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/bundle_adjustment.h"
 #include "deepuav/estimation/two_view.h"
+#include "deepuav/survey/joining_options.h"
+#include "deepuav/survey/pair_evidence_options.h"
 
 namespace deepuav {
 
@@ -44,6 +46,8 @@ struct SurveyOptions {
   int contradicting_matches = 40;       ///< Of a pair that the map puts elsewhere, at least...
   double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.
   double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
+  PairEvidenceOptions evidence = {};
+  SurveyJoiningOptions joining = {};
   int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points, at most.
   int threads = 0;        ///< That adjust a map; 0: one a core. They change nothing in the result.
 
@@ -141,6 +145,8 @@ struct SurveyOptions {
           "share below which matches that hold one of the two where it is may be of what merely "
           "looks alike",
           Between(0, 1));
+    visit.Part("evidence", evidence);
+    visit.Part("joining", joining);
     visit("finish_rounds", finish_rounds, "",
           "rounds of adjusting all and completing its points, at most", Between(1, 100));
     visit("threads", threads, "",

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "deepuav/base/option_bounds.h"
+
+namespace deepuav {
+
+/// How photographs beside a map are brought to it as a map of their own.
+struct SurveyJoiningOptions {
+  int common_views = 4;           ///< Of the map, into which one beside it grows, at most.
+  double max_scale_sigma = 0.03;  ///< Standard deviation of the scale between both, over it.
+
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("common_views", common_views, "",
+          "photographs of the map into which one beside it grows, at most", Between(1, 1000));
+    visit("max_scale_sigma", max_scale_sigma, "",
+          "standard deviation of the scale between two maps, as a share of it, above which they "
+          "are not joined",
+          Above(0, 1));
+  }
+};
+
+}  // namespace deepuav
