@@ -199,7 +199,6 @@ MapFactors Georeferencing::MetricFactors(MapId id, const MetricPrior& known) con
 /// makes up for: the fix counts again where most of the landmarks let the photograph be there.
 /// False: there is none such.
 bool Georeferencing::TrustFixes(const Map& map, const Pinhole& pinhole, Georeference* found) const {
-  constexpr double kMostAgree = 0.7;
   Georeference outliers = *found;
   for (uint8_t& outlier : outliers.outlier) outlier = !outlier;
   MapFactors factors;
@@ -211,7 +210,8 @@ bool Georeferencing::TrustFixes(const Map& map, const Pinhole& pinhole, Georefer
     const auto& [keyframe, fix] = factors.positions[next++];
     const FixTrial trial = TryFix(map, keyframe, fix, pinhole);
     if (trial.fix_sigmas > options_.georeference.outlier_sigmas) continue;
-    if (trial.agreeing == 0 || trial.agreeing < kMostAgree * trial.agreeing_now) continue;
+    const double enough = options_.min_agreeing_with_fix * trial.agreeing_now;
+    if (trial.agreeing == 0 || trial.agreeing < enough) continue;
     outlier = 0;
     trusts = true;
   }

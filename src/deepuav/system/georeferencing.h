@@ -40,6 +40,9 @@ struct BarometerNoise {
 struct SensorUseOptions {
   double gnss_clock_offset_s = 0;  ///< Added to the fixes' times, or where the search begins.
   bool search_gnss_clock = true;   ///< Where the receiver has a clock of its own.
+  /// Landmarks that agree where a fix beyond the others' spread puts its photograph, over those
+  /// that agree where it is, from which the fix counts.
+  double min_agreeing_with_fix = 0.7;
   GnssNoise gnss;
   BarometerNoise barometer;
   GeoreferenceOptions georeference;
@@ -53,6 +56,10 @@ struct SensorUseOptions {
           Between(-4e8, 4e8));  // The epochs of GPS and of Unix are 3.2e8 s apart.
     visit("search_gnss_clock", search_gnss_clock, "",
           "search the clock offset where the receiver has a clock of its own");
+    visit("min_agreeing_with_fix", min_agreeing_with_fix, "",
+          "landmarks that agree where a fix beyond the others' spread puts its photograph, over "
+          "those that agree where it is, from which the fix counts",
+          Above(0, 1));
     visit.Part("gnss", gnss);
     visit.Part("barometer", barometer);
     visit.Part("georeference", georeference);
