@@ -3,24 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace deepuav {
 namespace {
 
-constexpr int64_t kSecond = 1'000'000'000;
-constexpr int64_t kMostAhead = kSecond / 5;  // A clock that was found by a slow answer.
-constexpr int64_t kLeastInterval = kSecond / 2000;
 constexpr int64_t kMostClock_us = (int64_t{1} << 61) / 1000;
-constexpr int64_t kHighresGone = 2 * kSecond;  // Then the coarse message takes its place.
-constexpr int64_t kCountFor = kSecond;         // To tell a rate.
-constexpr int64_t kStopped = 2 * kSecond;
-constexpr int64_t kNoneCame = 10 * kSecond;
-constexpr double kFirstPause_s = 1, kLongestPause_s = 30;
-constexpr double kEnough = 0.8;  // Of the rate that was asked for.
-constexpr int kAsksForHighresAlone = 3;
 
 double Seconds(int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+int64_t Nanoseconds(double s) { return std::llround(1e9 * s); }
 
 }  // namespace
 
@@ -43,7 +35,7 @@ bool AutopilotImu::IsOfTheSensor(const InertialMessage& message, int64_t now_ns)
 }
 
 bool AutopilotImu::IsFine(int64_t now_ns) const {
-  return highres_ns_ && now_ns - *highres_ns_ <= kHighresGone;
+  return highres_ns_ && now_ns - *highres_ns_ <= Nanoseconds(options_.highres_gone_s);
 }
 
 std::optional<ImuSample> AutopilotImu::Take(const InertialMessage& message, const ClockSync& clock,
@@ -61,9 +53,10 @@ std::optional<ImuSample> AutopilotImu::Take(const InertialMessage& message, cons
     return leave(&left_aside_.out_of_time);
   const int64_t time_ns = 1000 * message.time_us - offset_.Towards(clock.TimeOf(0), now_ns);
   const int64_t age_ns = now_ns - time_ns;
-  const bool is_about_now = age_ns >= -kMostAhead && Seconds(age_ns) <= options_.max_age_s;
-  if (!is_about_now || (last_ns_ && time_ns - *last_ns_ < kLeastInterval))
-    return leave(&left_aside_.out_of_time);
+  const bool is_about_now =
+      age_ns >= -Nanoseconds(options_.max_ahead_s) && Seconds(age_ns) <= options_.max_age_s;
+  const bool follows = !last_ns_ || time_ns - *last_ns_ >= Nanoseconds(options_.least_interval_s);
+  if (!is_about_now || !follows) return leave(&left_aside_.out_of_time);
   last_ns_ = time_ns;
   taken_ns_ = now_ns;
   return ImuSample{{time_ns}, message.angular_velocity, message.specific_force};
@@ -73,14 +66,14 @@ void AutopilotImu::Restart() {
   sensor_.reset();
   highres_ns_.reset();
   asked_ns_.reset();
-  pause_s_ = kFirstPause_s;
+  pause_s_ = options_.first_pause_s;
   asks_ = 0;
 }
 
 void AutopilotImu::MeasureRate(int64_t now_ns) {
   if (!counted_since_ns_) return;
   const int64_t counted_for = now_ns - *counted_since_ns_;
-  if (counted_for < kCountFor) return;
+  if (counted_for < Nanoseconds(options_.rate_over_s)) return;
   rate_hz_ = counted_ / Seconds(counted_for);
   counted_since_ns_ = now_ns;
   if (std::exchange(counted_, 0) == 0) counted_since_ns_.reset();
@@ -88,17 +81,17 @@ void AutopilotImu::MeasureRate(int64_t now_ns) {
 
 AutopilotImu::Ask AutopilotImu::DueAsk(int64_t now_ns) {
   MeasureRate(now_ns);
-  if (asked_ns_ && rate_hz_ >= kEnough * options_.rate_hz) {
-    pause_s_ = kFirstPause_s;
+  if (asked_ns_ && rate_hz_ >= options_.enough_of_rate * options_.rate_hz) {
+    pause_s_ = options_.first_pause_s;
     return {};
   }
   if (asked_ns_ && Seconds(now_ns - *asked_ns_) < pause_s_) return {};
   // An autopilot whose link does not bear the rate is left in peace, though not for ever: the
   // question may have been lost.
-  if (asked_ns_) pause_s_ = std::min(2 * pause_s_, kLongestPause_s);
+  if (asked_ns_) pause_s_ = std::min(2 * pause_s_, options_.longest_pause_s);
   asked_ns_ = now_ns;
   if (!first_asked_ns_) first_asked_ns_ = now_ns;
-  const bool scaled = ++asks_ > kAsksForHighresAlone && !highres_ns_;
+  const bool scaled = ++asks_ > options_.asks_for_highres_alone && !highres_ns_;
   return {true, scaled};
 }
 
@@ -111,11 +104,12 @@ std::string AutopilotImu::WhyNone() const {
 
 std::optional<AutopilotImu::News> AutopilotImu::DueNews(int64_t now_ns) {
   if (!taken_ns_) {
-    if (!first_asked_ns_ || now_ns - *first_asked_ns_ < kNoneCame) return std::nullopt;
+    if (!first_asked_ns_ || now_ns - *first_asked_ns_ < Nanoseconds(options_.none_came_s))
+      return std::nullopt;
     if (std::exchange(said_there_are_none_, true)) return std::nullopt;
     return News{"SLAM: no inertial samples", WhyNone(), true};
   }
-  const bool comes = now_ns - *taken_ns_ < kStopped;
+  const bool comes = now_ns - *taken_ns_ < Nanoseconds(options_.stopped_s);
   if (comes == says_they_come_ || (comes && rate_hz_ == 0)) return std::nullopt;
   says_they_come_ = comes;
   if (comes) {

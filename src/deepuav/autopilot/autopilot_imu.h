@@ -6,7 +6,7 @@
 #include "deepuav/autopilot/clock_sync.h"
 #include "deepuav/autopilot/gentle_offset.h"
 #include "deepuav/autopilot/mavlink_messages.h"
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/sensors/samples.h"
 
 namespace deepuav {
@@ -17,6 +17,16 @@ struct AutopilotImuOptions {
   double max_specific_force = 200;   ///< m/s^2, an axis: no sensor of an autopilot shows more.
   double max_angular_velocity = 40;  ///< rad/s, the same.
   double max_age_s = 1;              ///< Of a sample when it comes.
+  double max_ahead_s = 0.2;          ///< Of now: a clock that was found by a slow answer is off.
+  double least_interval_s = 0.0005;  ///< Of two samples.
+  double highres_gone_s = 2;         ///< Without it: then the coarse message takes its place.
+  double rate_over_s = 1;            ///< Over which the rate is counted.
+  double stopped_s = 2;              ///< Without a sample: then they stopped.
+  double none_came_s = 10;           ///< After the first question: then none come.
+  double first_pause_s = 1;          ///< Between two questions for them, each twice the last...
+  double longest_pause_s = 30;       ///< ...to this.
+  double enough_of_rate = 0.8;       ///< Share of what was asked for.
+  int asks_for_highres_alone = 3;    ///< Before it is asked for the coarse message, too.
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
@@ -26,6 +36,27 @@ struct AutopilotImuOptions {
           "of an axis; a sample with more is left aside", Above(0, 1e4));
     visit("max_angular_velocity", max_angular_velocity, "rad/s", "the same", Above(0, 1e3));
     visit("max_age_s", max_age_s, "s", "of a sample when it comes", Above(0, 60));
+    visit("max_ahead_s", max_ahead_s, "s", "of a sample's time, ahead of now", Between(0, 60));
+    visit("least_interval_s", least_interval_s, "s", "of two samples", Between(1e-6, 1));
+    visit("highres_gone_s", highres_gone_s, "s",
+          "without HIGHRES_IMU, after which SCALED_IMU takes its place", Above(0, 3600));
+    visit("rate_over_s", rate_over_s, "s", "over which the samples' rate is counted",
+          Between(0.1, 3600));
+    visit("stopped_s", stopped_s, "s", "without a sample, after which they stopped",
+          Above(0, 3600));
+    visit("none_came_s", none_came_s, "s",
+          "after the first question for samples, when it is told that none come", Above(0, 3600));
+    visit("first_pause_s", first_pause_s, "s",
+          "between two questions for samples; each pause is twice the last", Above(0, 3600));
+    visit("longest_pause_s", longest_pause_s, "s", "of these pauses", Above(0, 3600));
+    visit("enough_of_rate", enough_of_rate, "",
+          "share of the rate that was asked for, with which it is not asked again", Above(0, 1));
+    visit("asks_for_highres_alone", asks_for_highres_alone, "",
+          "questions for HIGHRES_IMU before it is asked for SCALED_IMU, too", Between(0, 1000));
+  }
+  void CheckRelations() const {
+    CheckOption(first_pause_s <= longest_pause_s, "first_pause_s", first_pause_s,
+                "at most longest_pause_s");
   }
 };
 
@@ -49,7 +80,8 @@ class AutopilotImu {
     bool is_warning = false;
   };
 
-  explicit AutopilotImu(const AutopilotImuOptions& options) : options_(options) {}
+  explicit AutopilotImu(const AutopilotImuOptions& options)
+      : options_(options), pause_s_(options.first_pause_s) {}
 
   /// The sample, its time on the machine's clock and later than that of the one before.
   std::optional<ImuSample> Take(const InertialMessage& message, const ClockSync& clock,
@@ -81,7 +113,7 @@ class AutopilotImu {
   int counted_ = 0;                          ///< ...and so many after it.
   double rate_hz_ = 0;                       ///< Of these, when it was measured last.
   std::optional<int64_t> asked_ns_, first_asked_ns_;
-  double pause_s_ = 1;  ///< Until it is asked again.
+  double pause_s_;  ///< Until it is asked again.
   int asks_ = 0;
   bool says_they_come_ = false, said_there_are_none_ = false;
 };

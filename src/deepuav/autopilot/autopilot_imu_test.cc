@@ -193,6 +193,19 @@ TEST_F(AutopilotImuTest, ItIsAskedUntilEnoughComes) {
   EXPECT_GT(highres_asks_.size(), enough) << "it stopped";
 }
 
+TEST_F(AutopilotImuTest, ThePausesBetweenQuestionsAreAsTheOptionsSay) {
+  AutopilotImuOptions options = Wanted();
+  options.first_pause_s = 2;
+  options.longest_pause_s = 4;
+  options.asks_for_highres_alone = 1;
+  imu_.emplace(options);
+  Wait(11);
+  const std::vector<int64_t> expected = {now_ - 11 * kSecond, now_ - 9 * kSecond,
+                                         now_ - 5 * kSecond, now_ - kSecond};
+  EXPECT_EQ(highres_asks_, expected);
+  EXPECT_EQ(scaled_asks_, std::vector<int64_t>(expected.begin() + 1, expected.end()));
+}
+
 TEST_F(AutopilotImuTest, AnAutopilotThatBeganAnewIsAskedAtOnce) {
   FindClock();
   Wait(60);
@@ -252,6 +265,9 @@ TEST(AutopilotImuOptions, AreChecked) {
   open.max_specific_force = 0;
   EXPECT_THROW(CheckOptions("", slow), Error);
   EXPECT_THROW(CheckOptions("", open), Error);
+  AutopilotImuOptions hurried;
+  hurried.longest_pause_s = hurried.first_pause_s / 2;
+  EXPECT_THROW(CheckOptions("", hurried), Error);
 }
 
 TEST(GentleOffset, FollowsSlowlyAndTakesAnotherClockAtOnce) {
