@@ -322,6 +322,20 @@ TEST(EstimateTwoView, WhatDrivesPastACameraThatHoldsStillIsNoScene) {
   EXPECT_LT(BestErrorDeg(*result, flown), 2);
 }
 
+TEST(EstimateTwoView, ASolutionThatExplainsTooFewOfThePairsIsNone) {
+  Random random(17);
+  SyntheticWorld world;
+  world.landmarks_world = LandmarksInBox(400, {-6, -4, 6}, {6, 4, 15}, &random);
+  const SE3 b_from_a(RotationExp({0, 0.02, 0}), {-1, 0, 0.2});
+  TwoViewOptions options;
+  options.min_valid_ratio = 0.6;
+  for (const double wrong : {0.2, 0.6}) {
+    const SyntheticPairs seen = ObservePairs(world, SE3(), b_from_a, {0.3, wrong}, &random);
+    EXPECT_TRUE(EstimateTwoView(world.pinhole, seen.pairs, 3, {})) << wrong;
+    EXPECT_EQ(EstimateTwoView(world.pinhole, seen.pairs, 3, options).has_value(), wrong < 0.4);
+  }
+}
+
 TEST(EstimateTwoView, TheSeedAloneDecidesTheSamples) {
   Random random(19);
   SyntheticWorld world;

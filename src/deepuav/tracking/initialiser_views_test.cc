@@ -64,6 +64,43 @@ TEST(Initialiser, AFrameThatMatchesNoFirstViewIsOneToo) {
   EXPECT_EQ(one.request->first.id.value, 4) << "the first one is held for three frames";
 }
 
+/// What is infinitely far, and things near by: the first ones, or those that come after them.
+FeatureWorld FarAndNear(bool first_ones) {
+  Random random(3);
+  SyntheticWorld geometry;
+  geometry.landmarks_world =
+      LandmarksInBox(400, {-60'000, -40'000, 90'000}, {60'000, 40'000, 99'000}, &random);
+  for (const bool first : {true, false}) {
+    const double side = first == first_ones ? 1 : -1;  // ahead, or behind the camera
+    for (const auto& near : LandmarksInBox(300, {-6, -4, 8}, {6, 4, 14}, &random))
+      geometry.landmarks_world.push_back({near.x(), near.y(), side * near.z()});
+  }
+  return FeatureWorld(geometry, 2);
+}
+
+TEST(Initialiser, AFrameThatLostWhatTheFirstViewSawNearIsAFirstViewToo) {
+  const FeatureWorld before = FarAndNear(true), after = FarAndNear(false);
+  const auto start_with = [&](double min_first_share) {
+    InitialiserOptions options;
+    options.min_first_share = min_first_share;
+    Random random(5);
+    NearestNeighbourMatcher matcher({});
+    Initialiser initialiser(before.camera(), options, {}, &matcher);
+    Start start;
+    while (start.frames < 30 && !start.request) {
+      const FeatureWorld& world = start.frames < 3 ? before : after;
+      const SE3 pose = At({0.1 * std::max(0, start.frames - 3), 0, 0});
+      const SyntheticView view = world.View(pose, {0.3, 0.3, 0, 50}, &random);
+      start.request = initialiser.Add(FrameOf(start.frames++, view), &start.waiting_for);
+    }
+    return start;
+  };
+  const Start start = start_with(InitialiserOptions().min_first_share);
+  ASSERT_TRUE(start.request) << start.waiting_for;
+  EXPECT_GE(start.request->first.id.value, 3) << "from then on there is something near by";
+  EXPECT_FALSE(start_with(0).request) << "the far away goes on to match the first frame";
+}
+
 /// From 40 m, of 67 x 43 m each.
 std::vector<SE3> LookingDown(double y, const std::vector<double>& xs) {
   std::vector<SE3> poses;
