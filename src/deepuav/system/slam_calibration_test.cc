@@ -68,6 +68,20 @@ TEST(Slam, CorrectsACalibrationWithoutTheLensThatTheImagesHave) {
   });
 }
 
+TEST(Slam, FollowsALensRoundByRoundWhereOneFindsTooLittle) {
+  const SyntheticFlight flight =
+      Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), -0.03);
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  options.mapping.lens.radial_sigma = 0.003;  // So that a round finds a part.
+  const Outcome followed = Fly(flight, Schedule::kSequential, options);
+  options.mapping.lens.min_later_share = options.mapping.lens.min_cost_share;
+  const Outcome at_once = Fly(flight, Schedule::kSequential, options);
+  ASSERT_TRUE(followed.result.lens && at_once.result.lens);
+  EXPECT_LT(followed.slam->camera().distortion[0], 1.5 * at_once.slam->camera().distortion[0]);
+  EXPECT_LT(PathError(followed.result, flight), 0.6 * PathError(at_once.result, flight));
+}
+
 TEST(Slam, LeavesACalibrationThatFitsAsItIs) {
   SystemOptions options;
   options.mapping.lens.min_keyframes = 5;
