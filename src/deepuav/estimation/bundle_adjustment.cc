@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "deepuav/base/option_check.h"
@@ -133,15 +134,19 @@ BundleState StateOf(const BundleProblem& problem) {
           problem.landmarks_world};
 }
 
-bool IsOutlier(const BundleObservation& observation, const BundleState& state, double chi_square) {
-  if (!UsableObservation(observation)) return true;
+/// In standard deviations; infinite where there is no error to speak of.
+double SquaredError(const BundleObservation& observation, const BundleState& state) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (!UsableObservation(observation)) return kNone;
   const Eigen::Vector3d point =
       state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
       state.camera.readout_s * observation.drift_cam_per_s;
-  if (!InFrontOfCamera(point)) return true;
+  if (!InFrontOfCamera(point)) return kNone;
   const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
-  return (Whitening(observation.noise) * error_px).squaredNorm() > chi_square;
+  return (Whitening(observation.noise) * error_px).squaredNorm();
 }
+
+bool IsOutlier(double squared_error, double chi_square) { return !(squared_error <= chi_square); }
 
 constexpr double kHoldsTheGauge = 1e-9;
 
@@ -150,12 +155,9 @@ std::optional<double> NoiseVariance(const BundleProblem& problem, const BundleSt
                                     const BundleState& state, const BundleOptions& options) {
   double squared = 0, count = 0;
   for (const BundleObservation& observation : problem.observations) {
-    if (IsOutlier(observation, state, options.chi_square)) continue;
-    const Eigen::Vector3d point =
-        state.cam_from_world[observation.camera] * state.landmarks_world[observation.landmark] +
-        state.camera.readout_s * observation.drift_cam_per_s;
-    const Eigen::Vector2d error_px = state.camera.Project(point) - observation.px;
-    squared += (Whitening(observation.noise) * error_px).squaredNorm();
+    const double error = SquaredError(observation, state);
+    if (IsOutlier(error, options.chi_square)) continue;
+    squared += error;
     count += 2;
   }
   const double freedom = count - 6.0 * structure.free_cameras() - 3.0 * structure.groups();
@@ -178,7 +180,7 @@ BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
 
   report.outlier.reserve(problem->observations.size());
   for (const BundleObservation& observation : problem->observations) {
-    report.outlier.push_back(IsOutlier(observation, state, options.chi_square));
+    report.outlier.push_back(IsOutlier(SquaredError(observation, state), options.chi_square));
   }
   problem->pinhole = state.camera.pinhole;
   problem->k1 = state.camera.k1;
@@ -189,6 +191,15 @@ BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
   problem->cam_from_world = std::move(state.cam_from_world);
   problem->landmarks_world = std::move(state.landmarks_world);
   return report;
+}
+
+std::vector<double> SquaredErrors(const BundleProblem& problem) {
+  const BundleState state = StateOf(problem);
+  std::vector<double> errors;
+  errors.reserve(problem.observations.size());
+  for (const BundleObservation& observation : problem.observations)
+    errors.push_back(SquaredError(observation, state));
+  return errors;
 }
 
 std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& problem,

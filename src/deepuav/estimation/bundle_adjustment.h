@@ -117,6 +117,9 @@ struct BundleReport {
 BundleReport AdjustBundle(BundleProblem* problem, const BundleOptions& options,
                           const std::function<bool()>& stop = nullptr);
 
+/// Of each observation at the problem's state, in standard deviations; infinite behind a camera.
+std::vector<double> SquaredErrors(const BundleProblem& problem);
+
 /// Standard deviations of what the problem tells of the calibration, at its present state, with the
 /// priors of the options and the noise that the inliers' residuals show.
 struct CalibrationSigmas {
