@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "deepuav/estimation/reprojection.h"
-#include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/map_factors.h"
 
 namespace deepuav {
-namespace {
-
 std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> landmarks;
   for (KeyframeId id : keyframes) {
@@ -22,13 +20,16 @@ std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<Keyfra
   return landmarks;
 }
 
-}  // namespace
-
 BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
                               const Pinhole& pinhole) {
+  return MakeBundleWindow(map, free, LandmarksSeenBy(map, free), pinhole);
+}
+
+BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
+                              std::vector<LandmarkId> landmarks, const Pinhole& pinhole) {
   BundleWindow window;
   window.problem.pinhole = pinhole;
-  window.landmarks = LandmarksSeenBy(map, free);
+  window.landmarks = std::move(landmarks);
   std::set<KeyframeId> involved(free.begin(), free.end());
   const std::set<KeyframeId> adjusted = involved;
   for (LandmarkId id : window.landmarks) {
@@ -52,8 +53,6 @@ BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& fre
   }
   return window;
 }
-
-namespace {
 
 void RemoveOutliers(const BundleReport& report, const BundleWindow& window, Map* map) {
   for (size_t i = 0; i < report.outlier.size(); ++i) {
@@ -79,24 +78,7 @@ void WriteBack(const BundleWindow& window, Map* map) {
   }
 }
 
-BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole* pinhole,
-                         const BundleOptions& options, const std::function<bool()>& stop,
-                         const MapFactors* factors) {
-  BundleReport report;
-  const double focal_guess_px = pinhole->fx;
-  for (int run = 0; run < 2; ++run) {
-    BundleWindow window = MakeBundleWindow(*map, free, *pinhole);
-    window.problem.focal_guess_px = focal_guess_px;
-    if (factors) AddFactors(*factors, &window);
-    report = AdjustBundle(&window.problem, options, stop);
-    *pinhole = window.problem.pinhole;
-    WriteBack(window, map);
-    if (stop && stop()) break;  // What is not yet adjusted tells no outliers.
-    RemoveOutliers(report, window, map);
-  }
-  for (LandmarkId id : LandmarksSeenBy(*map, free)) map->UpdateViewRange(id);
-  return report;
-}
+namespace {
 
 /// Seen from two views a landmark hides most of their errors.
 constexpr size_t kMinObservationsToJudge = 3;
@@ -131,17 +113,6 @@ void UpdateModelSigma(Map* map, const std::vector<KeyframeId>& keyframes, const 
   for (size_t i = 0; i < residuals.size(); i += step) some.push_back(residuals[i]);
   const double known = map->model_sigma_px();
   map->SetModelSigma(known + options.weight * (EstimateModelSigma(some, options) - known));
-}
-
-BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
-                          const BundleOptions& options, const std::function<bool()>& stop) {
-  Pinhole unchanged = pinhole;
-  return AdjustTwice(map, free, &unchanged, options, stop, nullptr);
-}
-
-BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
-                       const std::function<bool()>& stop, const MapFactors* factors) {
-  return AdjustTwice(map, AllKeyframes(*map), pinhole, options, stop, factors);
 }
 
 }  // namespace deepuav

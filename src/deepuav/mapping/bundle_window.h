@@ -21,21 +21,16 @@ struct BundleWindow {
 BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
                               const Pinhole& pinhole);
 
-/// Adjusts the poses of `free` keyframes and all landmarks they see; other keyframes that see these
-/// landmarks hold still and anchor them. Writes the result into the map and removes the
-/// observations found to be outliers. Returns the report of the second of two runs: outliers of the
-/// first are left out of it.
-BundleReport AdjustWindow(Map* map, const std::vector<KeyframeId>& free, const Pinhole& pinhole,
-                          const BundleOptions& options,
-                          const std::function<bool()>& stop = nullptr);
+/// The same of these landmarks, in the order of their ids, alone.
+BundleWindow MakeBundleWindow(const Map& map, const std::vector<KeyframeId>& free,
+                              std::vector<LandmarkId> landmarks, const Pinhole& pinhole);
 
-struct MapFactors;
+/// All that these keyframes see, in the order of their ids.
+std::vector<LandmarkId> LandmarksSeenBy(const Map& map, const std::vector<KeyframeId>& keyframes);
 
-/// The same for all keyframes of a map; where the options ask for it, `pinhole` is refined too.
-/// `factors`, if given, are what other sensors say of the keyframes.
-BundleReport AdjustMap(Map* map, Pinhole* pinhole, const BundleOptions& options,
-                       const std::function<bool()>& stop = nullptr,
-                       const MapFactors* factors = nullptr);
+/// Takes the window's poses and landmarks over into the map.
+void WriteBack(const BundleWindow& window, Map* map);
+void RemoveOutliers(const BundleReport& report, const BundleWindow& window, Map* map);
 
 /// Renews what the map knows of errors beyond those of the measurements, from all observations of
 /// what these keyframes see, after an adjustment.

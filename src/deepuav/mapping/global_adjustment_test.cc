@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "deepuav/mapping/map_adjustment.h"
 #include "support/map_builder.h"
 #include "support/synthetic_visits.h"
 
@@ -66,7 +67,7 @@ TEST_F(GlobalAdjustmentTest, DoesToAStillMapWhatAdjustMapDoes) {
   for (KeyframeId id : visit_.keyframes) directly.SetPose(id, map().At(id).cam_from_world);
   for (LandmarkId id : Landmarks()) directly.SetPosition(id, map().At(id).position_world);
   Pinhole pinhole = world_.world().pinhole;
-  AdjustMap(&directly, &pinhole, kOptions);
+  AdjustMap(&directly, &pinhole, kOptions, TrustInAll());
 
   const double before = MeanPoseError();
   GlobalAdjustment adjustment = Prepare();

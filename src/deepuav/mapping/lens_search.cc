@@ -23,12 +23,14 @@ std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const std::function<bool()>& stop) {
   if (map.KeyframeCount() < options.min_keyframes) return std::nullopt;
   BundleProblem problem = MakeBundleWindow(map, AllKeyframes(map), pinhole).problem;
+  // The map was adjusted otherwise, to errors as they show themselves: that is nothing to compare.
+  const double known_cost = AdjustBundle(&problem, bundle, stop).final_cost;
   const BundleOptions freed = FreeingTheLens(bundle, options);
-  const BundleReport report = AdjustBundle(&problem, freed, stop);
-  if ((stop && stop()) || !(report.initial_cost > 0)) return std::nullopt;
+  const double freed_cost = AdjustBundle(&problem, freed, stop).final_cost;
+  if ((stop && stop()) || !(known_cost > 0)) return std::nullopt;
   FoundLens found;
   found.camera = {problem.pinhole, problem.k1, problem.k2, problem.p1, problem.p2, 0};
-  found.cost_share = 1 - report.final_cost / report.initial_cost;
+  found.cost_share = 1 - freed_cost / known_cost;
   Log().debug("k1 {:.4f} and k2 {:.4f} save {:.2f} % of the errors of map {}", problem.k1,
               problem.k2, 100 * found.cost_share, map.id().value);
   if (found.cost_share < options.min_cost_share) return std::nullopt;

@@ -18,7 +18,7 @@ struct LensSearchOptions {
   int min_keyframes = 20;        ///< In the map.
   double min_cost_share = 0.03;  ///< By which the map's errors must fall...
   double min_later_share =
-      0.003;  ///< ...and do in each round after: a calibration found wrong is none to stay near.
+      0.0001;  ///< ...and do in each round after: a calibration found wrong is none to stay near.
   double max_error_px = 0.1;  ///< Of the corrected calibration's lens model, root mean square.
   int max_rounds = 10;        ///< Searches, each in the map that the last one's lens gives.
 

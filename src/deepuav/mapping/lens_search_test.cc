@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "deepuav/mapping/bundle_window.h"
+#include "deepuav/mapping/map_adjustment.h"
 #include "support/synthetic_map.h"
 
 namespace deepuav {
@@ -24,7 +24,7 @@ SyntheticMap MapThrough(double k1, double k2, int cameras = 24) {
     return lens.Project(geometry.pinhole.Unproject(px.cast<double>())).cast<float>();
   });
   Pinhole pinhole = geometry.pinhole;
-  AdjustMap(&made.map, &pinhole, kBundle);
+  AdjustMap(&made.map, &pinhole, kBundle, {});
   return made;
 }
 

@@ -59,7 +59,7 @@ std::shared_ptr<const LocalMap> Mapper::StartMap(const InitialMapRequest& reques
   }
   map.ConnectToParent(second, first);
   MeasureStart(request, first, second, &map);
-  AdjustWindow(&map, {first, second}, camera_.pinhole, options_.global_bundle);
+  AdjustWindow(&map, {first, second}, camera_.pinhole, options_.global_bundle, TrustInAll());
   const double depth = map.MedianDepth(first);
   const auto proposed = static_cast<double>(request.points.size());
   if (!(depth > 0) || map.LandmarkCount() < options_.min_start_ratio * proposed) return nullptr;
@@ -168,7 +168,9 @@ void Mapper::AdjustLocally(KeyframeId newest, Map* map) {
   const StageScope stage(stages_, "local bundle adjustment");
   std::vector<KeyframeId> window = map->Covisible(newest, 1, options_.window_keyframes - 1);
   window.push_back(newest);
-  AdjustWindow(map, window, camera_.pinhole, options_.local_bundle);
+  MapTrust trust = options_.trust;
+  trust.reweighing.rounds = 0;  // That gains something at the end alone.
+  AdjustWindow(map, window, camera_.pinhole, options_.local_bundle, trust);
   UpdateModelSigma(map, window, camera_.pinhole, options_.model_noise);
 }
 
@@ -228,7 +230,7 @@ void Mapper::AdjustGlobally(MapId map, Pinhole* pinhole, bool refine_focal,
     if (options_.fuse_at_end) FuseAll(&adjusted, stop);
     observer_.RemeasureAll(&adjusted);
   }
-  AdjustMap(&adjusted, pinhole, options, stop, factors);
+  AdjustMap(&adjusted, pinhole, options, options_.trust, stop, factors);
 }
 
 void Mapper::FuseAll(Map* map, const std::function<bool()>& stop) const {

@@ -17,6 +17,7 @@
 #include "deepuav/mapping/global_adjustment.h"
 #include "deepuav/mapping/landmark_creation.h"
 #include "deepuav/mapping/lens_search.h"
+#include "deepuav/mapping/map_adjustment.h"
 #include "deepuav/mapping/map_factors.h"
 #include "deepuav/mapping/moving_landmarks.h"
 #include "deepuav/mapping/patch_observation.h"
@@ -41,6 +42,7 @@ struct MappingOptions {
   CreationOptions creation;
   FusionOptions fusion;
   MovingLandmarkOptions moving;
+  MapTrust trust;
   bool fuse_at_end = true;  ///< Landmarks with all neighbours, before the last adjustment.
   double min_start_ratio =
       0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
@@ -78,6 +80,8 @@ struct MappingOptions {
     visit.Part("epipolar", creation.epipolar);
     visit.Part("fusion", fusion);
     visit.Part("moving", moving);
+    visit.Part("hovering", trust.hovering);
+    visit.Part("reweighing", trust.reweighing);
     visit.Part("local_bundle", local_bundle);
     visit.Part("global_bundle", global_bundle);
     visit.Part("lens", lens);

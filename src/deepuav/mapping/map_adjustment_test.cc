@@ -1,6 +1,9 @@
-#include "deepuav/mapping/bundle_window.h"
+#include "deepuav/mapping/map_adjustment.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "support/synthetic_map.h"
 
@@ -43,7 +46,7 @@ class AdjustWindowTest : public testing::Test {
         .norm();
   }
   BundleReport Adjust(const std::vector<KeyframeId>& free) {
-    return AdjustWindow(&made_.map, free, world_.world().pinhole, {});
+    return AdjustWindow(&made_.map, free, world_.world().pinhole, {}, {});
   }
 
   const FeatureWorld world_ = MakeWorld();
@@ -114,7 +117,7 @@ TEST_F(AdjustWindowTest, StopsWhenAsked) {
   Disturb({made_.keyframes[5]});
   const double before = CentreError(made_.keyframes[5]);
   int asked = 0;
-  AdjustWindow(&made_.map, {made_.keyframes[5]}, world_.world().pinhole, {}, [&asked] {
+  AdjustWindow(&made_.map, {made_.keyframes[5]}, world_.world().pinhole, {}, {}, [&asked] {
     ++asked;
     return true;
   });
@@ -132,7 +135,7 @@ TEST_F(AdjustWindowTest, AStoppedOneTakesNothingForAnOutlier) {
   const size_t before = observations();
   Pinhole pinhole = world_.world().pinhole;
   pinhole.fx = pinhole.fy = 1.2 * pinhole.fx;
-  AdjustMap(&made_.map, &pinhole, {}, [] { return true; });
+  AdjustMap(&made_.map, &pinhole, {}, {}, [] { return true; });
   EXPECT_EQ(observations(), before);
 }
 
@@ -161,12 +164,105 @@ TEST(AdjustMap, FindsTheFocalLengthWhereAsked) {
       pinhole.fx = pinhole.fy = factor * truth;
       BundleOptions options{.max_iterations = 50, .min_relative_decrease = 1e-9};
       options.refine_focal = refine;
-      AdjustMap(&made.map, &pinhole, options);
+      AdjustMap(&made.map, &pinhole, options, {});
       EXPECT_NEAR(pinhole.fx, refine ? truth : factor * truth, refine ? 0.005 * truth : 0);
       EXPECT_EQ(pinhole.fx, pinhole.fy);
       EXPECT_EQ(pinhole.cx, SyntheticWorld().pinhole.cx);
     }
   }
+}
+
+/// A flight above ground, over which things drive the other way: each seems to stand at a third of
+/// the height, nearly.
+class DrivingTest : public testing::Test {
+ protected:
+  static constexpr int kGround = 260, kDriving = 30;
+  static constexpr double kFlown = 0.4;
+
+  DrivingTest() {
+    Random random(6);
+    SyntheticWorld geometry;
+    geometry.landmarks_world = LandmarksInBox(kGround, {-7, -4, 9.5}, {10, 4, 10.5}, &random);
+    const FeatureWorld ground(geometry, 2);
+    for (int i = 0; i < 9; ++i) poses_.push_back(At({kFlown * i, 0, 0}));
+    made_ = MakeTrueMap(ground, poses_, {0.1, 0.3, 0, kDriving}, &random);
+    for (int i = 0; i < kDriving; ++i) AddDriving(i, geometry.pinhole, &random);
+    for (size_t k = 1; k < poses_.size(); ++k)
+      made_.map.SetPose(made_.keyframes[k], Perturbed(poses_[k], 0.01, 0.001, &random));
+  }
+
+  /// On a key point of no landmark in each of four keyframes. It weaves, so that no pose of a
+  /// steady flight explains it.
+  void AddDriving(int i, const Pinhole& pinhole, Random* random) {
+    const int first = i % 5;
+    const Eigen::Vector3d start(kFlown * first + random->Uniform(-1, 3), random->Uniform(-3, 3),
+                                10);
+    const Eigen::Vector3d seems =
+        poses_[static_cast<size_t>(first)].InverseTranslation() +
+        (start - poses_[static_cast<size_t>(first)].InverseTranslation()) / 3;
+    const LandmarkId id{100'000 + i};
+    made_.map.AddLandmark(id, seems, made_.keyframes[static_cast<size_t>(first)]);
+    driving_.push_back(id);
+    for (int k = first; k < first + 4; ++k) {
+      const Eigen::Vector3d there =
+          start + Eigen::Vector3d(-2 * kFlown * (k - first), 0.02 * (k - first) * (k - first), 0);
+      const Eigen::Vector2d px = pinhole.Project(poses_[static_cast<size_t>(k)] * there);
+      const KeyframeId view = made_.keyframes[static_cast<size_t>(k)];
+      for (size_t point = 0; point < made_.map.At(view).landmarks.size(); ++point) {
+        if (made_.map.At(view).landmarks[point].valid()) continue;
+        ASSERT_TRUE(made_.map.AddObservation(view, static_cast<int>(point), id,
+                                             PixelMeasurement{px.cast<float>(), 0.1, true}));
+        break;
+      }
+    }
+  }
+
+  double Error() const {
+    double squared = 0;
+    for (size_t k = 0; k < poses_.size(); ++k) {
+      squared += (made_.map.At(made_.keyframes[k]).cam_from_world.InverseTranslation() -
+                  poses_[k].InverseTranslation())
+                     .squaredNorm();
+    }
+    return std::sqrt(squared / static_cast<double>(poses_.size()));
+  }
+
+  std::vector<SE3> poses_;
+  SyntheticMap made_;
+  std::vector<LandmarkId> driving_;
+};
+
+TEST_F(DrivingTest, WhatHoversHoldsNoPoses) {
+  MapTrust trust;
+  trust.reweighing.rounds = 0;
+  Pinhole pinhole = SyntheticWorld().pinhole;
+  SyntheticMap trusting = made_;
+  AdjustMap(&made_.map, &pinhole, {}, TrustInAll());
+  const double bent = Error();
+  made_ = trusting;
+  AdjustMap(&made_.map, &pinhole, {}, trust);
+  EXPECT_LT(Error(), 0.5 * bent);
+}
+
+TEST_F(DrivingTest, WhatStandsAboveTheGroundStays) {
+  const KeyframeId view = made_.keyframes[4];
+  Pinhole pinhole = SyntheticWorld().pinhole;
+  const Eigen::Vector3d tower(1.8, 0.5, 4);
+  const LandmarkId id{200'000};
+  made_.map.AddLandmark(id, tower + Eigen::Vector3d(0, 0, 0.1), view);
+  for (size_t k = 2; k < 7; ++k) {
+    const KeyframeId seeing = made_.keyframes[k];
+    const std::vector<LandmarkId>& seen = made_.map.At(seeing).landmarks;
+    const auto point = std::ranges::find_if(seen, [](LandmarkId l) { return !l.valid(); });
+    ASSERT_NE(point, seen.end());
+    const Eigen::Vector2d px = pinhole.Project(poses_[k] * tower);
+    ASSERT_TRUE(made_.map.AddObservation(seeing, static_cast<int>(point - seen.begin()), id,
+                                         PixelMeasurement{px.cast<float>(), 0.3, true}));
+  }
+  AdjustMap(&made_.map, &pinhole, {}, {});
+  ASSERT_TRUE(made_.map.Contains(id));
+  EXPECT_GE(made_.map.At(id).observations.size(), 4u);
+  EXPECT_LT((made_.map.At(id).position_world - tower).norm(), 0.05);
 }
 
 }  // namespace
