@@ -6,6 +6,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/system/calibration_correction.h"
 #include "deepuav/system/gap_bridge.h"
+#include "deepuav/system/path_smoothing.h"
 
 namespace deepuav {
 namespace {
@@ -152,6 +153,7 @@ void RunFinish::FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* rec
   const StageScope stage(run_.clock, "finish trajectory");
   FrameLocator locator = MakeThoroughLocator();
   MakeTrajectoryFinish(&locator).Finish(records, stop);
+  PathSmoothing(options_.smoothing, *run_.atlas).Smooth(records);
 }
 
 int RunFinish::RestoreBrief(BriefMaps* brief, const Stop& stop,

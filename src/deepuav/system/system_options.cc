@@ -11,6 +11,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("system", options);
   visit("patches", options.patches);
   visit("gaps", options.gaps);
+  visit("smoothing", options.smoothing);
   visit("tracking", options.tracking);
   visit("initialiser", options.tracking.initialiser);
   visit("keyframes", options.tracking.keyframes);

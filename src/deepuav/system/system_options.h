@@ -7,6 +7,7 @@
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/system/gap_options.h"
 #include "deepuav/system/georeferencing.h"
+#include "deepuav/system/path_smoothing.h"
 #include "deepuav/tracking/tracker.h"
 
 namespace deepuav {
@@ -45,6 +46,7 @@ struct SystemOptions {
   LoopingOptions looping;
   SurveyOptions survey;
   GapOptions gaps;
+  PathSmoothingOptions smoothing;
   SensorUseOptions sensors;
 
   void Check() const;

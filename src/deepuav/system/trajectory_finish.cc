@@ -31,7 +31,7 @@ void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
       record.cam_from_world = keyframe.cam_from_world;
       record.features.reset();
     } else {
-      record.cam_from_world = RefinedPose(record);
+      Refine(&record);
     }
   }
   LocateDoubtful(records, stop);
@@ -55,14 +55,32 @@ std::map<FrameId, const Keyframe*> TrajectoryFinish::TrustedKeyframes() const {
   return keyframes;
 }
 
-SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
+MotionOnlyResult TrajectoryFinish::Refined(const FrameRecord& record) const {
   const Map& map = atlas_.At(record.map);
   const SE3 initial = map.PoseOf(record.pose);
   const std::vector<PoseObservation> observations = ObservationsOf(map, record, initial);
-  const MotionOnlyResult refined =
+  MotionOnlyResult refined =
       OptimizePose(camera_.pinhole, observations, initial, options_.motion_only);
-  const bool trusted = refined.inlier_count >= options_.min_inliers;
-  return trusted ? refined.cam_from_world : initial;
+  if (refined.inlier_count >= options_.min_inliers) return refined;
+  MotionOnlyResult unchanged;
+  unchanged.cam_from_world = initial;
+  return unchanged;
+}
+
+SE3 TrajectoryFinish::RefinedPose(const FrameRecord& record) const {
+  return Refined(record).cam_from_world;
+}
+
+void TrajectoryFinish::Refine(FrameRecord* record) const {
+  const MotionOnlyResult refined = Refined(*record);
+  record->cam_from_world = refined.cam_from_world;
+  if (refined.inlier_count == 0) return;
+  const Map& map = atlas_.At(record->map);
+  const KeyframeId anchor = map.Remaining(record->pose.keyframe);
+  const Keyframe& keyframe = map.At(anchor);
+  record->pose = {anchor, refined.cam_from_world * keyframe.cam_from_world.Inverse(),
+                  keyframe.scale};
+  record->pose_information = refined.information;
 }
 
 void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,

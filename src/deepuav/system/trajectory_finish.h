@@ -33,6 +33,10 @@ class TrajectoryFinish {
   SE3 RefinedPose(const FrameRecord& record) const;
 
  private:
+  /// By the landmarks that a frame saw; without inliers where too few agree.
+  MotionOnlyResult Refined(const FrameRecord& record) const;
+  /// Takes over that pose, and how well it is known.
+  void Refine(FrameRecord* record) const;
   /// The keyframes of this run that see enough to be trusted.
   std::map<FrameId, const Keyframe*> TrustedKeyframes() const;
   void LocateDoubtful(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
