@@ -56,6 +56,18 @@ TEST(FindLens, LeavesACalibrationThatFits) {
   EXPECT_FALSE(FindLens(MapThrough(0, 0).map, SyntheticWorld().pinhole, kBundle, {}));
 }
 
+TEST(FindLens, WhatAdjustingAloneSavesIsNoReason) {
+  SyntheticMap made = MapThrough(0, 0);
+  Random random(8);
+  std::vector<LandmarkId> landmarks;
+  made.map.landmarks().ForEach([&](const Landmark& l) { landmarks.push_back(l.id); });
+  for (const LandmarkId id : landmarks) {
+    const Eigen::Vector3d moved = made.map.At(id).position_world + 0.01 * RandomDirection(&random);
+    made.map.SetPosition(id, moved);
+  }
+  EXPECT_FALSE(FindLens(made.map, SyntheticWorld().pinhole, kBundle, {}));
+}
+
 TEST(FindLens, NeedsKeyframes) {
   const SyntheticMap made = MapThrough(-0.05, 0, 10);
   EXPECT_FALSE(FindLens(made.map, SyntheticWorld().pinhole, kBundle, {}));

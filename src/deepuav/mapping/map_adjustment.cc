@@ -52,7 +52,7 @@ BundleReport AdjustTwice(Map* map, const std::vector<KeyframeId>& free, Pinhole*
     if (stop && stop()) break;  // What is not yet adjusted tells no outliers.
     RemoveOutliers(report, window, map);
   }
-  Place(hovering, *pinhole, options, map);
+  if (!(stop && stop())) Place(hovering, *pinhole, options, map);
   for (const LandmarkId id : LandmarksSeenBy(*map, free)) map->UpdateViewRange(id);
   return report;
 }

@@ -244,6 +244,18 @@ TEST_F(DrivingTest, WhatHoversHoldsNoPoses) {
   EXPECT_LT(Error(), 0.5 * bent);
 }
 
+TEST_F(DrivingTest, AStoppedOneTakesNothingForAnOutlier) {
+  const auto observations = [this] {
+    size_t count = 0;
+    made_.map.landmarks().ForEach([&](const Landmark& l) { count += l.observations.size(); });
+    return count;
+  };
+  const size_t before = observations();
+  Pinhole pinhole = SyntheticWorld().pinhole;
+  AdjustMap(&made_.map, &pinhole, {}, {}, [] { return true; });
+  EXPECT_EQ(observations(), before);
+}
+
 TEST_F(DrivingTest, WhatStandsAboveTheGroundStays) {
   const KeyframeId view = made_.keyframes[4];
   Pinhole pinhole = SyntheticWorld().pinhole;

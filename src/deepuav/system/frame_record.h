@@ -30,8 +30,9 @@ struct FrameRecord {
   SE3 cam_from_world;        ///< As tracked, once the trajectory is finished as
                              ///< in the final map.
   int64_t map_revision = 0;  ///< Map::revision when it was tracked.
-  /// Of cam_from_world's twist [translation; rotation] as tracked, left-multiplied, in the map's
-  /// units: what the image's pixels tell, in a map that is taken as it is. 0: unknown.
+  /// Of cam_from_world's twist [translation; rotation] as tracked, at the end as refined,
+  /// left-multiplied, in the map's units then: what the image's pixels tell, in a map that is taken
+  /// as it is. 0: unknown.
   Matrix6d pose_information = Matrix6d::Zero();
   int landmark_count = 0;                    ///< That spoke for the pose.
   std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
