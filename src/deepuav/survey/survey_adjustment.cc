@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "deepuav/estimation/reweighed_adjustment.h"
-
 namespace deepuav {
 namespace {
 
@@ -134,9 +132,7 @@ void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<i
   if (none_fixed) problem.camera_fixed.front() = 1;
   const SurveyLens before = state->lens;
   if (none_fixed && before.is_refined_wholly) HoldScale(&bundle);
-  const ReweighingOptions as_stated{.rounds = 0};
-  AdjustReweighed(&problem, OptionsOf(effort, options, before),
-                  effort.reweigh ? ReweighingOptions{} : as_stated, stop);
+  AdjustBundle(&problem, OptionsOf(effort, options, before), stop);
   state->lens.camera = {problem.pinhole, problem.k1, problem.k2,
                         problem.p1,      problem.p2, problem.readout_s};
   for (size_t i = 0; i < bundle.views.size(); ++i)

@@ -16,7 +16,6 @@ struct AdjustmentEffort {
   bool is_nearly_right = false;  ///< What is adjusted: large steps are tried from the first on.
   /// Square of the standard deviations by which poses and lens may still move at the end.
   double max_last_move = 0;
-  bool reweigh = false;  ///< Sights count by how well they fit: AdjustReweighed.
 };
 
 /// Adjusts the poses of `free` views and all points that these see, other views held; the lens with

@@ -100,7 +100,7 @@ bool SurveyGrowth::Start(const MatchedPair& pair, const SE3& b_from_a) {
   state_.cam_from_world[static_cast<size_t>(pair.a)] = SE3();
   state_.cam_from_world[static_cast<size_t>(pair.b)] = b_from_a;
   TriangulateIn(pair.b);
-  AdjustAll({.max_iterations = kGrowIterations, .max_last_move = kRoughly}, nullptr);
+  AdjustAll(kGrowIterations, kRoughly, nullptr);
   const auto points = std::count_if(state_.points.begin(), state_.points.end(),
                                     [](const auto& point) { return point.has_value(); });
   return points >= options_.min_pair_matches;
@@ -148,7 +148,7 @@ void SurveyGrowth::Grow(int most_views, const std::set<int>& taken,
     }
     const bool grown = state_.ViewCount() >= options_.adjust_growth * adjusted_views_;
     if (grown || state_.ViewCount() <= kSmallMap) {
-      AdjustAll({.max_iterations = kGrowIterations, .max_last_move = kRoughly}, stop);
+      AdjustAll(kGrowIterations, kRoughly, stop);
     } else {
       AdjustAround(next.view, stop);
     }
@@ -291,7 +291,9 @@ int SurveyGrowth::Judge() {
 }
 
 /// Gives how many sights changed sides.
-int SurveyGrowth::AdjustAll(AdjustmentEffort effort, const std::function<bool()>& stop) {
+int SurveyGrowth::AdjustAll(int max_iterations, double max_last_move,
+                            const std::function<bool()>& stop) {
+  AdjustmentEffort effort{.max_iterations = max_iterations, .max_last_move = max_last_move};
   adjusted_views_ = state_.ViewCount();
   effort.refine_lens = adjusted_views_ >= kRefineViews;
   effort.is_nearly_right = adjusted_views_ > kSmallMap;
@@ -328,16 +330,13 @@ void SurveyGrowth::Settle(const std::function<bool()>& stop) {
   int sights = 0;
   for (const Track& track : tracks_->tracks) sights += static_cast<int>(track.sights.size());
   for (int round = 0; round < options_.finish_rounds && !(stop && stop()); ++round) {
-    const int changed =
-        AdjustAll({.max_iterations = kFinishIterations, .max_last_move = kRoughly}, stop) +
-        TriangulateAll();
+    const int changed = AdjustAll(kFinishIterations, kRoughly, stop) + TriangulateAll();
     if (changed <= kSettled * sights) return;
   }
 }
 
 void SurveyGrowth::Finish(const std::function<bool()>& stop) {
-  if (stop && stop()) return;
-  AdjustAll({.max_iterations = kFinishIterations, .max_last_move = kStill, .reweigh = true}, stop);
+  if (!(stop && stop())) AdjustAll(kFinishIterations, kStill, stop);
 }
 
 double SurveyGrowth::Support() const {

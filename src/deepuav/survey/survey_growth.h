@@ -68,7 +68,7 @@ class SurveyGrowth {
   int JudgeTrack(size_t track);
   int ForAllTracks(const std::function<int(size_t)>& count) const;
   void AdjustAround(int view, const std::function<bool()>& stop);
-  int AdjustAll(AdjustmentEffort effort, const std::function<bool()>& stop);
+  int AdjustAll(int max_iterations, double max_last_move, const std::function<bool()>& stop);
   const SightPixel& SightOf(const Track::Sight& sight) const;
   const Eigen::Vector2d& PixelOf(const Track::Sight& sight) const;
 
