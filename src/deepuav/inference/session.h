@@ -28,7 +28,8 @@ struct InferenceOptions {
     visit("threads", threads, "", "CPU threads of one network", Between(1, 1024));
     visit(
         "precision", precision, "",
-        "arithmetic: auto (what the CPU has in hardware), fp32, bf16 or int8 (quantised networks)",
+        "arithmetic: auto (int8 for quantised networks and bf16 for others, where the CPU has it), "
+        "fp32, bf16 or int8 (quantised networks)",
         Precisions());
     visit("cache_dir", cache_dir, "", "folder for compiled networks; empty: none are kept");
   }
@@ -67,7 +68,8 @@ class Session {
  public:
   /// Reads an ONNX file or an OpenVINO .xml with its .bin. Throws Error naming the file when it is
   /// missing or no model, and for the precision int8 when it is not quantised. A quantised network
-  /// has int8 layers under every precision, which then is that of its other layers.
+  /// has int8 layers under every precision, which then is that of its other layers: fp32 but where
+  /// bf16 is asked for.
   Session(std::filesystem::path model, const InferenceOptions& options);
   ~Session();
   Session(Session&&) noexcept;
@@ -99,8 +101,8 @@ class Session {
   /// The shape of the last run's output.
   TensorShape OutputShape(const std::string& name) const;
 
-  /// "fp32" or "bf16", after "auto" is resolved and, once compiled, as the runtime granted it; of a
-  /// quantised network "int8+fp32" or "int8+bf16".
+  /// "fp32" or "bf16", after "auto" is resolved and, once compiled, as the runtime granted it and
+  /// computes it rightly; of a quantised network "int8+fp32" or "int8+bf16".
   const std::string& precision() const;
   const std::string& sha256() const;  ///< ModelSha256 of the model.
   int threads() const;                ///< Granted by the runtime; after Compile.
