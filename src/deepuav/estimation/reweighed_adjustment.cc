@@ -1,9 +1,9 @@
 #include "deepuav/estimation/reweighed_adjustment.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "deepuav/base/option_check.h"
+#include "deepuav/estimation/student_errors.h"
 
 namespace deepuav {
 namespace {
@@ -44,9 +44,35 @@ std::vector<int> LandmarksOf(const BundleProblem& problem) {
   return landmarks;
 }
 
+using WeightsOfErrors = std::function<std::vector<double>(std::span<const double>)>;
+
+/// As the options say in the last round, with fewer steps in those before.
+BundleReport AdjustInRounds(BundleProblem* problem, const BundleOptions& options, int rounds,
+                            int round_iterations, const WeightsOfErrors& weights_of,
+                            const std::function<bool()>& stop) {
+  const std::vector<BundleObservation> stated = problem->observations;
+  BundleOptions of_round = options;
+  of_round.max_iterations = std::min(options.max_iterations, round_iterations);
+  BundleReport report;
+  for (int round = 0; round < rounds && !(stop && stop()); ++round) {
+    problem->observations = stated;
+    const std::vector<double> weights = weights_of(SquaredErrors(*problem));
+    for (size_t i = 0; i < weights.size(); ++i)
+      problem->observations[i].noise = Over(stated[i].noise, weights[i]);
+    const bool is_last = round + 1 == rounds;
+    report = AdjustBundle(problem, is_last ? options : of_round, stop);
+  }
+  problem->observations = stated;
+  report.outlier.clear();
+  for (const double error : SquaredErrors(*problem))
+    report.outlier.push_back(!(error <= options.chi_square));
+  return report;
+}
+
 }  // namespace
 
 void ReweighingOptions::Check() const { CheckOptions("mapping.reweighing", *this); }
+void TailOptions::Check() const { CheckOptions("survey.tails", *this); }
 
 std::vector<double> WeightsByErrors(std::span<const double> squared_errors,
                                     std::span<const int> landmarks,
@@ -70,25 +96,23 @@ BundleReport AdjustReweighed(BundleProblem* problem, const BundleOptions& option
                              const std::function<bool()>& stop) {
   if (reweighing.rounds == 0 || problem->observations.empty())
     return AdjustBundle(problem, options, stop);
-  const std::vector<BundleObservation> stated = problem->observations;
   const std::vector<int> landmarks = LandmarksOf(*problem);
-  BundleOptions of_round = options;
-  of_round.max_iterations = std::min(options.max_iterations, reweighing.round_iterations);
-  BundleReport report;
-  for (int round = 0; round < reweighing.rounds && !(stop && stop()); ++round) {
-    problem->observations = stated;
-    std::vector<double> errors = SquaredErrors(*problem);
-    const std::vector<double> weights = WeightsByErrors(errors, landmarks, reweighing);
-    for (size_t i = 0; i < weights.size(); ++i)
-      problem->observations[i].noise = Over(stated[i].noise, weights[i]);
-    const bool is_last = round + 1 == reweighing.rounds;
-    report = AdjustBundle(problem, is_last ? options : of_round, stop);
-  }
-  problem->observations = stated;
-  report.outlier.clear();
-  for (const double error : SquaredErrors(*problem))
-    report.outlier.push_back(!(error <= options.chi_square));
-  return report;
+  return AdjustInRounds(
+      problem, options, reweighing.rounds, reweighing.round_iterations,
+      [&](std::span<const double> errors) {
+        return WeightsByErrors(errors, landmarks, reweighing);
+      },
+      stop);
+}
+
+BundleReport AdjustByTails(BundleProblem* problem, const BundleOptions& options,
+                           const TailOptions& tails, const std::function<bool()>& stop) {
+  if (tails.rounds == 0 || problem->observations.empty())
+    return AdjustBundle(problem, options, stop);
+  return AdjustInRounds(
+      problem, options, tails.rounds, options.max_iterations,
+      [&](std::span<const double> errors) { return StudentWeights(errors, tails.min_freedom); },
+      stop);
 }
 
 }  // namespace deepuav

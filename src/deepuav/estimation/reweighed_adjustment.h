@@ -34,6 +34,23 @@ struct ReweighingOptions {
   }
 };
 
+/// How much an observation counts by how long the tails of all errors are.
+struct TailOptions {
+  int rounds = 3;          ///< Of weighing and adjusting; 0: all count as stated.
+  double min_freedom = 2;  ///< Degrees of freedom of Student's t distribution, at least.
+
+  void Check() const;
+  template <typename Visitor>
+  void Visit(Visitor&& visit) {
+    visit("rounds", rounds, "",
+          "adjustments in which observations count by how well they fit; 0: none", Between(0, 50));
+    visit("min_freedom", min_freedom, "",
+          "degrees of freedom of Student's t distribution of errors, at least: how long tails may "
+          "be",
+          Between(0.5, 1000));
+  }
+};
+
 /// The weights of observations with these squared errors, in standard deviations, of the
 /// landmarks, one each: those of Geman and McClure (1987) by an observation's own error times
 /// those of Cauchy by its landmark's, with a mean of 1, so that all together they count as stated.
@@ -47,5 +64,9 @@ std::vector<double> WeightsByErrors(std::span<const double> squared_errors,
 BundleReport AdjustReweighed(BundleProblem* problem, const BundleOptions& options,
                              const ReweighingOptions& reweighing,
                              const std::function<bool()>& stop = nullptr);
+
+/// The same with the weights of FitStudentErrors, which are all 1 where errors are normal.
+BundleReport AdjustByTails(BundleProblem* problem, const BundleOptions& options,
+                           const TailOptions& tails, const std::function<bool()>& stop = nullptr);
 
 }  // namespace deepuav

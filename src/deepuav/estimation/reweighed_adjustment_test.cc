@@ -105,6 +105,50 @@ TEST(AdjustReweighed, StopsWhenAsked) {
   EXPECT_EQ(report.outlier.size(), before.observations.size());
 }
 
+TEST(AdjustByTails, FindsPosesThatLongTailsDoNotBend) {
+  double plain_sum = 0, weighed_sum = 0;
+  for (const int seed : {1, 2, 3, 4, 5}) {
+    const SyntheticWorld world = OrbitWorld(17, 12, 300);
+    Random random(static_cast<uint64_t>(seed));
+    BundleProblem problem = LongTailedProblem(world, &random);
+    AdjustBundle(&problem, Precise());
+    plain_sum += CentreError(problem, world);
+    AdjustByTails(&problem, Precise(), {});
+    weighed_sum += CentreError(problem, world);
+  }
+  EXPECT_LT(weighed_sum, 0.85 * plain_sum);
+}
+
+TEST(AdjustByTails, LosesNothingWhereErrorsAreAsStated) {
+  for (const int seed : {1, 2, 3}) {
+    const SyntheticWorld world = OrbitWorld(17, 12, 300);
+    Random random(static_cast<uint64_t>(seed));
+    BundleProblem problem = MakeBundleProblem(world, {}, &random);
+    for (BundleObservation& o : problem.observations)
+      o.px += Eigen::Vector2d(random.Gaussian(1), random.Gaussian(1));
+    AdjustBundle(&problem, Precise());
+    const double plain = CentreError(problem, world);
+    AdjustByTails(&problem, Precise(), {});
+    EXPECT_LT(CentreError(problem, world), 1.1 * plain) << seed;
+  }
+}
+
+TEST(AdjustByTails, WithoutRoundsItIsAdjustBundle) {
+  const SyntheticWorld world = OrbitWorld(17, 6, 100);
+  Random random(1);
+  BundleProblem problem = LongTailedProblem(world, &random);
+  BundleProblem plain = problem;
+  AdjustByTails(&problem, Precise(), {.rounds = 0});
+  AdjustBundle(&plain, Precise());
+  EXPECT_EQ(problem.cam_from_world[3].Matrix(), plain.cam_from_world[3].Matrix());
+}
+
+TEST(TailOptions, OutOfRangeAreRefused) {
+  EXPECT_THROW(TailOptions{.rounds = -1}.Check(), Error);
+  EXPECT_THROW(TailOptions{.min_freedom = 0}.Check(), Error);
+  EXPECT_NO_THROW(TailOptions{}.Check());
+}
+
 TEST(ReweighingOptions, OutOfRangeAreRefused) {
   EXPECT_THROW(ReweighingOptions{.quarter_at = 0}.Check(), Error);
   EXPECT_THROW(ReweighingOptions{.rounds = -1}.Check(), Error);

@@ -132,7 +132,11 @@ void AdjustViews(const Tracks& tracks, const ViewPixels& px, const std::vector<i
   if (none_fixed) problem.camera_fixed.front() = 1;
   const SurveyLens before = state->lens;
   if (none_fixed && before.is_refined_wholly) HoldScale(&bundle);
-  AdjustBundle(&problem, OptionsOf(effort, options, before), stop);
+  const BundleOptions bundle_options = OptionsOf(effort, options, before);
+  AdjustBundle(&problem, bundle_options, stop);
+  const bool is_measured = state->model_sigma_px > 0;
+  if (is_measured && none_fixed && options.tails.rounds > 0)
+    AdjustByTails(&problem, bundle_options, options.tails, stop);
   state->lens.camera = {problem.pinhole, problem.k1, problem.k2,
                         problem.p1,      problem.p2, problem.readout_s};
   for (size_t i = 0; i < bundle.views.size(); ++i)

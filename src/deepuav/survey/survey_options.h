@@ -2,6 +2,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/reweighed_adjustment.h"
 #include "deepuav/estimation/two_view.h"
 #include "deepuav/survey/joining_options.h"
 #include "deepuav/survey/pair_evidence_options.h"
@@ -48,8 +49,9 @@ struct SurveyOptions {
   double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
   PairEvidenceOptions evidence = {};
   SurveyJoiningOptions joining = {};
-  int finish_rounds = 3;  ///< Of adjusting all, completing and discarding points, at most.
-  int threads = 0;        ///< That adjust a map; 0: one a core. They change nothing in the result.
+  TailOptions tails = {};  ///< Of what patches measured.
+  int finish_rounds = 3;   ///< Of adjusting all, completing and discarding points, at most.
+  int threads = 0;         ///< That adjust a map; 0: one a core. They change nothing in the result.
 
   void Check() const;
   template <typename Visitor>
@@ -147,6 +149,7 @@ struct SurveyOptions {
           Between(0, 1));
     visit.Part("evidence", evidence);
     visit.Part("joining", joining);
+    visit.Part("tails", tails);
     visit("finish_rounds", finish_rounds, "",
           "rounds of adjusting all and completing its points, at most", Between(1, 100));
     visit("threads", threads, "",
