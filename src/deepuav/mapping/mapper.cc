@@ -243,7 +243,7 @@ void Mapper::FuseAll(Map* map, const std::function<bool()>& stop) const {
 void Mapper::SetAsideMoving(MapId map) {
   if (!options_.moving.set_aside) return;
   const StageScope stage(stages_, "set aside what moves");
-  set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving);
+  set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving, options_.trust.hovering);
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "deepuav/base/option_check.h"
+#include "deepuav/map/all_keyframes.h"
 
 namespace deepuav {
 namespace {
@@ -30,7 +32,10 @@ int CountByPatch(const Landmark& landmark) {
 
 class Judge {
  public:
-  Judge(const Map& map, const MovingLandmarkOptions& options) : map_(map), options_(options) {
+  Judge(const Map& map, const MovingLandmarkOptions& options, const HoveringOptions& hovering)
+      : map_(map),
+        options_(options),
+        hovering_(HoveringLandmarks(map, AllKeyframes(map), hovering)) {
     int64_t observations = 0, by_patch = 0;
     map.landmarks().ForEach([&](const Landmark& landmark) {
       observations += std::ssize(landmark.observations);
@@ -45,7 +50,9 @@ class Judge {
     if (patches_tell_ && CountByPatch(landmark) == 0 &&
         (few || landmark.found < options_.min_found_ratio * landmark.visible))
       return true;
-    return few && StandsAlone(landmark);
+    if (few && StandsAlone(landmark)) return true;
+    return std::ssize(landmark.observations) <= options_.few_hovering &&
+           hovering_.contains(landmark.id);
   }
 
  private:
@@ -83,6 +90,7 @@ class Judge {
 
   const Map& map_;
   const MovingLandmarkOptions& options_;
+  const std::set<LandmarkId> hovering_;
   bool patches_tell_ = false;
   std::map<KeyframeId, std::vector<DepthInView>> established_;
 };
@@ -91,9 +99,9 @@ class Judge {
 
 void MovingLandmarkOptions::Check() const { CheckOptions("mapping.moving", *this); }
 
-int RemoveMoving(Map* map, const MovingLandmarkOptions& options) {
+int RemoveMoving(Map* map, const MovingLandmarkOptions& options, const HoveringOptions& hovering) {
   std::vector<LandmarkId> moving;
-  Judge judge(*map, options);
+  Judge judge(*map, options, hovering);
   map->landmarks().ForEach([&](const Landmark& landmark) {
     if (judge.SeemsToMove(landmark)) moving.push_back(landmark.id);
   });

@@ -61,11 +61,12 @@ class MovingLandmarksTest : public testing::Test {
         map().At(seen[seen.size() / 2].keyframe).cam_from_world.InverseTranslation();
     map().SetPosition(id, centre + factor * (map().At(id).position_world - centre));
   }
-  int Judge() { return RemoveMoving(&map(), options_); }
+  int Judge() { return RemoveMoving(&map(), options_, hovering_); }
 
   const FeatureWorld world_ = MakeWorld();
   SyntheticMap made_;
   MovingLandmarkOptions options_;
+  HoveringOptions hovering_;
 };
 
 TEST_F(MovingLandmarksTest, KeepsWhatStands) {
@@ -104,6 +105,7 @@ TEST_F(MovingLandmarksTest, WhereNoPatchesAreTheirAbsenceTellsNothing) {
 }
 
 TEST_F(MovingLandmarksTest, FewViewsOfAnotherDepthThanAllAroundAreNotEnough) {
+  hovering_.distrust = false;
   for (const double factor : {0.5, 1.1, 2.0}) {
     const LandmarkId id = SeenBy(5);
     PutAtDepth(id, factor);
@@ -113,6 +115,18 @@ TEST_F(MovingLandmarksTest, FewViewsOfAnotherDepthThanAllAroundAreNotEnough) {
     EXPECT_EQ(Judge(), is_near ? 0 : 1) << factor;
     EXPECT_EQ(map().Contains(id), is_near);
   }
+}
+
+TEST_F(MovingLandmarksTest, WhatHoversAboveTheGroundTakesMoreViews) {
+  const LandmarkId id = SeenBy(7);
+  PutAtDepth(id, 0.3);
+  EXPECT_EQ(Judge(), 0);  // a mast stays in view
+  KeepObservations(id, 6);
+  hovering_.distrust = false;
+  EXPECT_EQ(Judge(), 0);
+  hovering_.distrust = true;
+  EXPECT_EQ(Judge(), 1);
+  EXPECT_FALSE(map().Contains(id));
 }
 
 TEST_F(MovingLandmarksTest, OptionsOutOfRangeAreRefused) {
