@@ -89,7 +89,12 @@ void TimeOne(const fs::path& file, const BenchArguments& arguments) {
       InferenceOptions inference;
       inference.threads = threads;
       inference.precision = precision;
-      PrintTiming(network, threads, TimeNetwork(file, inference, arguments.options));
+      const NetworkTiming timing = TimeNetwork(file, inference, arguments.options);
+      if (precision == "bf16" && timing.precision != precision) {
+        PrintRow(network, precision, "-", "computed wrongly", "-", "-");
+        break;
+      }
+      PrintTiming(network, threads, timing);
     }
   }
 }

@@ -243,8 +243,9 @@ void Session::Impl::DistrustBf16() {
     float_precision = "bf16";
     return;
   }
-  Log().warn("{}: computes in fp32, as what this CPU gives in bf16 differs by {:.0f} %",
-             path.string(), 100 * difference);
+  const auto level = options.precision == "bf16" ? spdlog::level::warn : spdlog::level::info;
+  Log().log(level, "{}: computes in fp32, as what this CPU gives in bf16 differs by {:.0f} %",
+            path.string(), 100 * difference);
   compiled = std::move(reference);
   NamePrecision();
 }
