@@ -29,7 +29,7 @@ struct TexturedPlane {
     GreyImage image(camera.height, camera.width);
     for (int v = 0; v < camera.height; ++v) {
       const double moment = RowMoment(v, camera.height);
-      const SE3 middle_from_row(RotationExp(moment * motion.turn_rad), moment * motion.travel);
+      const SE3 middle_from_row(RotationExp(motion.TurnAt(moment)), moment * motion.travel);
       const SE3 world_from_cam = world_from_middle * middle_from_row;
       for (int u = 0; u < camera.width; ++u) {
         const auto px = camera.Undistort({u, v});

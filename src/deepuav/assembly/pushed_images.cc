@@ -153,7 +153,7 @@ void PushedImages::AddTurns(TimedImage* image) const {
   if (last != samples.end()) ++last;
   const ImuStream around{imu_.source, imu_.noise, imu_.cam_from_imu, {first, last}};
   const CameraTurns turns(around, options_.max_imu_gap_s, camera_);
-  image->turn_rad = turns.DuringReadout(image->time);
+  image->turn_in_readout = turns.DuringReadout(image->time);
   if (given_time_) image->turn_since_before = turns.Between(*given_time_, image->time);
 }
 

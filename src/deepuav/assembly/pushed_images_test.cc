@@ -81,7 +81,11 @@ TEST(PushedImages, TurnAsAllSamplesTell) {
     if (next == all.samples.size()) images.Close();
     const auto image = images.Next();
     ASSERT_TRUE(image);
-    EXPECT_EQ(image->turn_rad, turns.DuringReadout(image->time)) << ms;
+    const auto in_readout = turns.DuringReadout(image->time);
+    ASSERT_EQ(image->turn_in_readout.has_value(), in_readout.has_value()) << ms;
+    if (in_readout) {
+      EXPECT_TRUE(image->turn_in_readout->TurnsAs(*in_readout)) << ms;
+    }
     const auto since_before = before ? turns.Between(*before, image->time) : std::nullopt;
     ASSERT_EQ(image->turn_since_before.has_value(), since_before.has_value()) << ms;
     if (since_before) {
@@ -100,7 +104,7 @@ TEST(PushedImages, WaitForTheSamplesOfTheirReadout) {
   images.PushImu(SampleAt(105));
   EXPECT_EQ(taken.wait_for(std::chrono::milliseconds(30)), std::future_status::timeout);
   images.PushImu(SampleAt(110));
-  EXPECT_TRUE(taken.get()->turn_rad);
+  EXPECT_TRUE(taken.get()->turn_in_readout);
 }
 
 TEST(PushedImages, GoWithoutSamplesWhereTheQueueIsFull) {
@@ -109,7 +113,7 @@ TEST(PushedImages, GoWithoutSamplesWhereTheQueueIsFull) {
   for (int64_t ms : {100, 133, 166}) images.Push(SomeImage(), {ms * kMs}, 0);
   const auto first = taken.get();
   EXPECT_EQ(first->id.value, 0);
-  EXPECT_FALSE(first->turn_rad);
+  EXPECT_FALSE(first->turn_in_readout);
   auto second = std::async(std::launch::async, [&] { return images.Next(); });
   EXPECT_EQ(second.wait_for(std::chrono::milliseconds(30)), std::future_status::timeout);
   images.Close();
@@ -140,7 +144,7 @@ TEST(PushedImages, WaitNoLongerForSamplesThanAllowed) {
     const Stopwatch waited;
     const auto image = images.Next();
     ASSERT_TRUE(image);
-    EXPECT_FALSE(image->turn_rad);
+    EXPECT_FALSE(image->turn_in_readout);
     EXPECT_GT(waited.Seconds(), 0.02);
   }
   EXPECT_EQ(images.skipped(), 0);

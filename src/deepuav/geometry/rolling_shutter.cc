@@ -17,7 +17,8 @@ ReadoutMotion MotionInReadout(const SE3& before_from_world, const SE3& now_from_
   const SE3 before_from_now = before_from_world * now_from_world.Inverse();
   const double share = readout_s / between_s;
   return {share * before_from_now.Log().tail<3>(),
-          -share * (now_from_world * before_from_world.InverseTranslation())};
+          -share * (now_from_world * before_from_world.InverseTranslation()),
+          Eigen::Vector3d::Zero()};
 }
 
 double RowMoment(double row, int height) {
@@ -27,7 +28,7 @@ double RowMoment(double row, int height) {
 Eigen::Vector2d ToMiddleRow(const Pinhole& pinhole, const Eigen::Vector2d& px, double moment,
                             const ReadoutMotion& motion, double inverse_depth) {
   if (motion.IsNone()) return px;
-  const Eigen::Vector3d ray = RotationExp(moment * motion.turn_rad) * pinhole.Unproject(px);
+  const Eigen::Vector3d ray = RotationExp(motion.TurnAt(moment)) * pinhole.Unproject(px);
   return pinhole.Project(ray + moment * inverse_depth * motion.travel);
 }
 
@@ -35,7 +36,7 @@ Eigen::Vector2d FromMiddleRow(const Pinhole& pinhole, const Eigen::Vector2d& px,
                               const ReadoutMotion& motion, double inverse_depth) {
   if (motion.IsNone()) return px;
   const Eigen::Vector3d ray = pinhole.Unproject(px) - moment * inverse_depth * motion.travel;
-  return pinhole.Project(RotationExp(-moment * motion.turn_rad) * ray);
+  return pinhole.Project(RotationExp(-motion.TurnAt(moment)) * ray);
 }
 
 std::optional<Eigen::Vector2d> DistortInRow(const Camera& camera, const Eigen::Vector2d& px,

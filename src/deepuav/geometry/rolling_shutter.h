@@ -9,12 +9,21 @@
 namespace deepuav {
 
 /// How a camera moved while a rolling shutter read an image: from the first row to the last, in the
-/// camera's axes of the middle row. Turning and travelling are taken to be uniform meanwhile.
+/// camera's axes of the middle row. Travelling is taken to be uniform meanwhile.
 struct ReadoutMotion {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< Rotation vector.
   Eigen::Vector3d travel = Eigen::Vector3d::Zero();    ///< Of its centre, in map units.
+  /// What a camera that shakes turns faster or slower in the course of it: see TurnAt.
+  Eigen::Vector3d bend_rad = Eigen::Vector3d::Zero();
 
-  bool IsNone() const { return turn_rad.isZero(0) && travel.isZero(0); }
+  bool IsNone() const { return IsSteady() && travel.isZero(0); }
+  /// Whether it does not turn.
+  bool IsSteady() const { return turn_rad.isZero(0) && bend_rad.isZero(0); }
+  bool TurnsAs(const ReadoutMotion& other) const {
+    return turn_rad == other.turn_rad && bend_rad == other.bend_rad;
+  }
+  /// Rotation vector of the axes of the row read at a RowMoment, seen from those of the middle row.
+  Eigen::Vector3d TurnAt(double moment) const { return moment * (turn_rad + moment * bend_rad); }
 };
 
 /// Of a camera that moves on as it did between two moments, in its axes at the second one.

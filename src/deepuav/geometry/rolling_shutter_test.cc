@@ -12,11 +12,12 @@ Camera WideCamera() {
           0};
 }
 
-const ReadoutMotion kMotion{{0.02, -0.01, 0.03}, {0.1, -0.2, 0.05}};
+const ReadoutMotion kMotion{{0.02, -0.01, 0.03}, {0.1, -0.2, 0.05}, {-0.01, 0.03, 0.02}};
 
-/// The middle row's camera from the one of the row read at `moment`, moving uniformly.
+/// The middle row's camera from the one of the row read at `moment`, turning faster and faster.
 SE3 MiddleFromRow(double moment) {
-  return SE3(RotationExp(moment * kMotion.turn_rad), moment * kMotion.travel);
+  const Eigen::Vector3d turn_rad = moment * kMotion.turn_rad + moment * moment * kMotion.bend_rad;
+  return SE3(RotationExp(turn_rad), moment * kMotion.travel);
 }
 
 TEST(RollingShutter, RowsAreReadFromFirstToLast) {
@@ -83,6 +84,7 @@ TEST(RollingShutter, MotionFollowsFromTwoPoses) {
   const ReadoutMotion motion =
       MotionInReadout(before_from_world, now_from_world, kBetweenS, kReadoutS);
   EXPECT_LT((motion.turn_rad - kMotion.turn_rad).norm(), 1e-12);
+  EXPECT_TRUE(motion.bend_rad.isZero(0)) << "two poses do not tell it";
   const Eigen::Vector3d travel_before(0.1, -0.2, 0.05);
   EXPECT_LT((motion.travel - before_from_now.rotation().conjugate() * travel_before).norm(), 1e-12);
   // From a later moment back it is the same motion, in the axes of the earlier one.

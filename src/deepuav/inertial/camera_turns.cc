@@ -16,18 +16,32 @@ CameraTurns::CameraTurns(const ImuStream& imu, double max_gap_s, const Camera& c
       cam_from_imu_(imu.cam_from_imu.rotation()),
       integrator_(CleanSamples(imu.samples), imu.noise, max_gap_s) {}
 
-std::optional<Eigen::Vector3d> CameraTurns::DuringReadout(Timestamp time) const {
+std::optional<Eigen::Vector3d> CameraTurns::TurnBetween(Timestamp from, Timestamp to) const {
+  const std::optional<Preintegration> motion = integrator_.Between(from, to, {});
+  if (!motion) return std::nullopt;
+  return cam_from_imu_ * RotationLog(motion->rotation);
+}
+
+std::optional<ReadoutMotion> CameraTurns::DuringReadout(Timestamp time) const {
   if (camera_.readout_s == 0 || integrator_.samples().empty()) return std::nullopt;
   const auto half_ns = static_cast<int64_t>(std::llround(camera_.readout_s / 2 * 1e9));
-  const Timestamp first =
-      std::max(Timestamp{time.nanoseconds - half_ns}, integrator_.samples().front().time);
-  const Timestamp last =
-      std::min(Timestamp{time.nanoseconds + half_ns}, integrator_.samples().back().time);
+  const Timestamp begin{time.nanoseconds - half_ns}, end{time.nanoseconds + half_ns};
+  const Timestamp first = std::max(begin, integrator_.samples().front().time);
+  const Timestamp last = std::min(end, integrator_.samples().back().time);
   const double covered = SecondsBetween(first, last) / camera_.readout_s;
   if (!(covered >= kLeastShare)) return std::nullopt;
-  const std::optional<Preintegration> motion = integrator_.Between(first, last, {});
-  if (!motion) return std::nullopt;
-  return (cam_from_imu_ * RotationLog(motion->rotation) / covered).eval();
+  ReadoutMotion turn;
+  if (first == begin && last == end) {
+    const auto until_middle = TurnBetween(first, time), since_middle = TurnBetween(time, last);
+    if (!until_middle || !since_middle) return std::nullopt;
+    turn.turn_rad = *until_middle + *since_middle;
+    turn.bend_rad = 2 * (*since_middle - *until_middle);
+  } else {
+    const auto part = TurnBetween(first, last);
+    if (!part) return std::nullopt;
+    turn.turn_rad = *part / covered;
+  }
+  return turn;
 }
 
 std::optional<Eigen::Quaterniond> CameraTurns::Between(Timestamp before, Timestamp now) const {

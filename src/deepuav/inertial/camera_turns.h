@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "deepuav/geometry/camera.h"
+#include "deepuav/geometry/rolling_shutter.h"
 #include "deepuav/inertial/preintegration.h"
 
 namespace deepuav {
@@ -19,17 +20,19 @@ class CameraTurns {
 
   const Camera& camera() const { return camera_; }
 
-  /// The rotation vector from the first row to the last, in the camera's axes, of the image whose
-  /// middle row is of `time`; nothing where the camera reads all rows at once, or where the samples
-  /// do not cover about half of it. What a gyroscope errs by is small beside a detector's noise
-  /// then.
-  std::optional<Eigen::Vector3d> DuringReadout(Timestamp time) const;
+  /// The turn while the image was read whose middle row is of `time`; nothing where the camera
+  /// reads all rows at once, or where the samples do not cover about half of it: they speak for the
+  /// rest, too. What a gyroscope errs by is small beside a detector's noise then.
+  std::optional<ReadoutMotion> DuringReadout(Timestamp time) const;
 
   /// now_from_before of the camera's axes; nothing where samples are missing or `now` does not come
   /// after `before`.
   std::optional<Eigen::Quaterniond> Between(Timestamp before, Timestamp now) const;
 
  private:
+  /// Rotation vector in the camera's axes at `from`.
+  std::optional<Eigen::Vector3d> TurnBetween(Timestamp from, Timestamp to) const;
+
   const Camera camera_;
   const Eigen::Quaterniond cam_from_imu_;
   const ImuIntegrator integrator_;

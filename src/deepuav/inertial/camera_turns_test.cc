@@ -42,8 +42,27 @@ TEST(CameraTurns, AddsUpWhatTheGyroscopeSaysInTheCamerasAxes) {
           kReadoutS / kParts;
     const auto turn = turns.DuringReadout({time_ns});
     ASSERT_TRUE(turn);
-    EXPECT_LT((*turn - imu.cam_from_imu.rotation() * expected).norm(), 5e-5);
+    EXPECT_LT((turn->turn_rad - imu.cam_from_imu.rotation() * expected).norm(), 5e-5);
   }
+}
+
+TEST(CameraTurns, KnowWhereEachRowLooked) {
+  constexpr double kTimeS = 0.3021;
+  const ImuStream imu = Stream(200);
+  const auto turn = CameraTurns(imu, kMaxGapS, RollingCamera()).DuringReadout({302'100'000});
+  ASSERT_TRUE(turn);
+  constexpr int kParts = 1000;
+  for (const double moment : {-0.5, -0.25, 0.25, 0.5}) {
+    Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+    for (int i = 0; i < kParts; ++i) {
+      const double share = (i + 0.5) / kParts;
+      expected += RateAt(kTimeS + share * moment * kReadoutS) * moment * kReadoutS / kParts;
+    }
+    expected = imu.cam_from_imu.rotation() * expected;
+    EXPECT_LT((turn->TurnAt(moment) - expected).norm(), 2e-5) << moment;
+    EXPECT_GT((moment * turn->turn_rad - expected).norm(), 1e-4) << "it did not turn steadily";
+  }
+  EXPECT_TRUE(turn->travel.isZero(0));
 }
 
 TEST(CameraTurns, SaysNothingOfWhatItsSamplesDoNotCover) {
@@ -89,7 +108,9 @@ TEST(CameraTurns, LeavesOutSamplesThatCannotBe) {
   ImuSample broken = imu.samples[110];
   broken.angular_velocity.x() = std::numeric_limits<double>::quiet_NaN();
   imu.samples.push_back(broken);
-  EXPECT_EQ(CameraTurns(imu, kMaxGapS, RollingCamera()).DuringReadout({500'000'000}), turn);
+  const auto cleaned = CameraTurns(imu, kMaxGapS, RollingCamera()).DuringReadout({500'000'000});
+  ASSERT_TRUE(turn && cleaned);
+  EXPECT_TRUE(cleaned->TurnsAs(*turn));
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ constexpr SectionKind kFeatures = {'F', 'E', 'A', 'T'};
 constexpr SectionKind kImage = {'I', 'M', 'A', 'G'};
 constexpr SectionKind kGauges = {'G', 'A', 'U', 'G'};
 constexpr SectionKind kMetricGauges = {'M', 'E', 'T', 'R'};
-constexpr SectionKind kMotions = {'R', 'O', 'W', 'S'};
+constexpr SectionKind kMotions = {'T', 'U', 'R', 'N'};
+constexpr SectionKind kMotionsWithoutBends = {'R', 'O', 'W', 'S'};
 
 // A map takes memory for every id up to its largest: so many, and one a byte of the file, are far
 // more than any run uses, yet cost little.
@@ -46,7 +47,10 @@ class AtlasReader {
     if (sections_.NextIs(kGauges)) SetGauges(GetGauges(sections_.Read(kGauges)), &loaded.atlas);
     if (sections_.NextIs(kMetricGauges))
       SetGauges(GetMetricGauges(sections_.Read(kMetricGauges)), &loaded.atlas);
-    if (sections_.NextIs(kMotions)) SetMotions(GetMotions(sections_.Read(kMotions)), &loaded.atlas);
+    for (const SectionKind& kind : {kMotionsWithoutBends, kMotions}) {
+      if (!sections_.NextIs(kind)) continue;
+      SetMotions(GetMotions(sections_.Read(kind), kind == kMotions), &loaded.atlas);
+    }
     sections_.ExpectEnd();
     CheckCounter(head_.ids.keyframes, "keyframe");
     CheckCounter(head_.ids.landmarks, "landmark");

@@ -1,5 +1,6 @@
 #include "deepuav/io/trailing_sections.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "deepuav/base/error.h"
@@ -8,7 +9,7 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kGaugeBytes = 8 + 4 * 8, kMetricGaugeBytes = 8 + 8;
-constexpr size_t kMotionNumbers = 6, kMotionBytes = 8 + kMotionNumbers * 8;
+constexpr size_t kMotionNumbers = 9, kOldMotionNumbers = 6;
 
 }  // namespace
 
@@ -77,22 +78,26 @@ void PutMotions(const std::map<KeyframeId, ReadoutMotion>& motions, ByteWriter* 
     PutId(keyframe, writer);
     writer->PutAll(std::span<const double>(motion.turn_rad.data(), 3));
     writer->PutAll(std::span<const double>(motion.travel.data(), 3));
+    writer->PutAll(std::span<const double>(motion.bend_rad.data(), 3));
   }
 }
 
-std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content) {
+std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content, bool with_bends) {
   ByteReader reader(content, "the section of rolling shutters");
+  const size_t motion_bytes = 8 + 8 * (with_bends ? kMotionNumbers : kOldMotionNumbers);
   std::map<KeyframeId, ReadoutMotion> motions;
-  for (size_t left = reader.GetCount(kMotionBytes); left > 0; --left) {
+  for (size_t left = reader.GetCount(motion_bytes); left > 0; --left) {
     const auto keyframe = GetId<KeyframeId>(&reader);
     ReadoutMotion motion;
     reader.GetAll(std::span<double>(motion.turn_rad.data(), 3));
     reader.GetAll(std::span<double>(motion.travel.data(), 3));
+    if (with_bends) reader.GetAll(std::span<double>(motion.bend_rad.data(), 3));
     // Nothing turns by more while an image is read.
     constexpr double kMostTurnRad = 3.2;
-    if (!(motion.turn_rad.norm() <= kMostTurnRad && motion.travel.allFinite())) {
+    const double turn_rad = std::max(motion.turn_rad.norm(), motion.bend_rad.norm());
+    if (!(turn_rad <= kMostTurnRad && motion.bend_rad.allFinite() && motion.travel.allFinite())) {
       throw Error("keyframe {} turned by {} rad while it was read: expected at most {}",
-                  keyframe.value, motion.turn_rad.norm(), kMostTurnRad);
+                  keyframe.value, turn_rad, kMostTurnRad);
     }
     if (!motions.emplace(keyframe, motion).second)
       throw Error("keyframe {} moved twice: expected once", keyframe.value);

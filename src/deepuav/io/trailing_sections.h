@@ -22,6 +22,7 @@ std::map<MapId, Gauge> GetMetricGauges(std::string_view content);
 
 /// How cameras moved while keyframes were read, of those that did.
 void PutMotions(const std::map<KeyframeId, ReadoutMotion>& motions, ByteWriter* writer);
-std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content);
+/// `with_bends`: as written; files from before have none.
+std::map<KeyframeId, ReadoutMotion> GetMotions(std::string_view content, bool with_bends = true);
 
 }  // namespace deepuav

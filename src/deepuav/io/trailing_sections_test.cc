@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "deepuav/io/map_file.h"
 #include "deepuav/io/testing/io_test_support.h"
@@ -47,7 +49,7 @@ TEST_F(TrailingSectionsTest, KeepsThatAMapIsMetric) {
 
 TEST_F(TrailingSectionsTest, KeepsHowCamerasMovedWhileKeyframesWereRead) {
   Atlas atlas = TestAtlas(20, 30, 64, 1);
-  const ReadoutMotion motion{{0.01, -0.02, 0.003}, {0.1, 0.2, -0.3}};
+  const ReadoutMotion motion{{0.01, -0.02, 0.003}, {0.1, 0.2, -0.3}, {0.002, 0, -0.001}};
   const KeyframeId moved = atlas.At(MapId{0}).root();
   atlas.At(MapId{0}).SetMotion(moved, motion);
   WriteAtlas(atlas);
@@ -56,7 +58,7 @@ TEST_F(TrailingSectionsTest, KeepsHowCamerasMovedWhileKeyframesWereRead) {
   loaded.atlas.At(MapId{0}).keyframes().ForEach([&](const Keyframe& keyframe) {
     const ReadoutMotion& read = keyframe.frame.motion;
     if (keyframe.id == moved) {
-      EXPECT_EQ(read.turn_rad, motion.turn_rad);
+      EXPECT_TRUE(read.TurnsAs(motion));
       EXPECT_EQ(read.travel, motion.travel);
     } else {
       EXPECT_TRUE(read.IsNone());
@@ -80,6 +82,20 @@ std::string Written(const std::vector<std::pair<KeyframeId, ReadoutMotion>>& mot
   return all;
 }
 
+TEST(Motions, OfOlderFilesTurnSteadily) {
+  ByteWriter writer;
+  writer.Put<uint64_t>(2);
+  for (const int64_t keyframe : {3, 5}) {
+    writer.Put<int64_t>(keyframe);
+    writer.PutAll(std::span<const double>(std::vector<double>{0.1, 0.2, 0.3, 1, 2, 3}));
+  }
+  const auto motions = GetMotions(writer.bytes(), false);
+  ASSERT_EQ(motions.size(), 2u);
+  const ReadoutMotion& read = motions.at(KeyframeId{5});
+  EXPECT_TRUE(read.TurnsAs({{0.1, 0.2, 0.3}, {0, 0, 0}, {0, 0, 0}}));
+  EXPECT_EQ(read.travel, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(Motions, OnesThatCannotBeAreRefused) {
   const ReadoutMotion still{{0.1, 0, 0}, {0, 0, 1}};
   EXPECT_EQ(GetMotions(Written({{KeyframeId{3}, still}, {KeyframeId{5}, still}})).size(), 2u);
@@ -91,6 +107,10 @@ TEST(Motions, OnesThatCannotBeAreRefused) {
                 GetMotions(Written({{KeyframeId{4}, {{4, 0, 0}, {0, 0, 0}}}}));
               }),
               HasSubstr("keyframe 4 turned by 4 rad while it was read: expected at most 3.2"));
+  EXPECT_THAT(ErrorOf([] {
+                GetMotions(Written({{KeyframeId{4}, {{0, 0, 0}, {0, 0, 0}, {0, 5, 0}}}}));
+              }),
+              HasSubstr("keyframe 4 turned by 5 rad while it was read: expected at most 3.2"));
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_THAT(ErrorOf([&] {
                 GetMotions(Written({{KeyframeId{4}, {{0, 0, 0}, {infinite, 0, 0}}}}));

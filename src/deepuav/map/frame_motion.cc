@@ -8,7 +8,7 @@
 namespace deepuav {
 
 Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera) {
-  if (motion.turn_rad != frame.motion.turn_rad) {
+  if (!motion.TurnsAs(frame.motion)) {
     frame.features = std::make_shared<const Features>(
         CorrectedForTurn(*frame.features, frame.motion, motion, camera));
   }
@@ -21,7 +21,10 @@ Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_f
   if (camera.readout_s == 0) return frame;
   ReadoutMotion motion =
       MotionInReadout(other_from_world, cam_from_world, between_s, camera.readout_s);
-  if (frame.turn_is_measured) motion.turn_rad = frame.motion.turn_rad;
+  if (frame.turn_is_measured) {
+    motion.turn_rad = frame.motion.turn_rad;
+    motion.bend_rad = frame.motion.bend_rad;
+  }
   return WithMotion(frame, motion, camera);
 }
 

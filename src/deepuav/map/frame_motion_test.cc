@@ -25,7 +25,8 @@ const SE3 kThen(RotationExp({0.1, -0.05, 0.02}), Eigen::Vector3d(0.3, -0.2, 0.1)
 TEST(FrameMotion, AnotherMotionTakesThePlaceOfTheFormerOne) {
   const Camera camera = RollingCamera();
   const Frame raw = FrameWithKeypoints();
-  const ReadoutMotion first{{0.01, 0.02, -0.01}, {1, 2, 3}}, second{{-0.02, 0.01, 0.03}, {0, 0, 0}};
+  const ReadoutMotion first{{0.01, 0.02, -0.01}, {1, 2, 3}, {0, 0.03, 0}},
+      second{{-0.02, 0.01, 0.03}, {0, 0, 0}, {0.01, 0, -0.02}};
   const Frame direct = WithMotion(raw, second, camera);
   const Frame again = WithMotion(WithMotion(raw, first, camera), second, camera);
   const Frame back = WithMotion(direct, {}, camera);
@@ -39,6 +40,20 @@ TEST(FrameMotion, AnotherMotionTakesThePlaceOfTheFormerOne) {
   EXPECT_EQ(direct.features->keypoints[1].px, raw.features->keypoints[1].px) << "the middle row";
 }
 
+TEST(FrameMotion, OneThatDiffersByItsBendAloneTakesItsPlace) {
+  const Camera camera = RollingCamera();
+  const ReadoutMotion steady{{0.01, 0.02, -0.01}, {0, 0, 0}, {0, 0, 0}};
+  ReadoutMotion bent = steady;
+  bent.bend_rad = {0, 0.04, 0};
+  const Frame frame = WithMotion(FrameWithKeypoints(), steady, camera);
+  const Frame other = WithMotion(frame, bent, camera);
+  // Rows on both sides of the middle one are off to the same side.
+  const float above = other.features->keypoints[0].px.x() - frame.features->keypoints[0].px.x();
+  const float below = other.features->keypoints[2].px.x() - frame.features->keypoints[2].px.x();
+  EXPECT_GT(std::abs(above), 0.5f);
+  EXPECT_GT(above * below, 0.25f);
+}
+
 TEST(FrameMotion, ACameraGoesOnAsItCame) {
   const Camera camera = RollingCamera();
   const Frame moving = MovingOn(FrameWithKeypoints(), SE3(), kThen, 0.1, camera);
@@ -50,10 +65,10 @@ TEST(FrameMotion, ACameraGoesOnAsItCame) {
 
 TEST(FrameMotion, AMeasuredTurnStays) {
   const Camera camera = RollingCamera();
-  Frame frame = WithMotion(FrameWithKeypoints(), {{0.01, 0, 0}, Eigen::Vector3d::Zero()}, camera);
+  Frame frame = WithMotion(FrameWithKeypoints(), {{0.01, 0, 0}, {0, 0, 0}, {0, 0.02, 0}}, camera);
   frame.turn_is_measured = true;
   const Frame moving = MovingOn(frame, SE3(), kThen, 0.1, camera);
-  EXPECT_EQ(moving.motion.turn_rad, frame.motion.turn_rad);
+  EXPECT_TRUE(moving.motion.TurnsAs(frame.motion));
   EXPECT_EQ(moving.features, frame.features);
   EXPECT_GT(moving.motion.travel.norm(), 0.01);
 }

@@ -32,7 +32,9 @@ struct Keyframe {
 
   const Features& features() const { return *frame.features; }
   /// While its image was read, in the map's units as they are now.
-  ReadoutMotion motion() const { return {frame.motion.turn_rad, scale * frame.motion.travel}; }
+  ReadoutMotion motion() const {
+    return {frame.motion.turn_rad, scale * frame.motion.travel, frame.motion.bend_rad};
+  }
   int LandmarkCount() const;
 };
 

@@ -45,7 +45,7 @@ std::optional<Frame> SequentialFeed::Next() {
               MakePyramid(image->image)};
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
-  CorrectForTurn(image->turn_rad, &frame);
+  CorrectForTurn(image->turn_in_readout, &frame);
   frame.turn_since_before = TurnTo(*image);
   return frame;
 }
@@ -56,11 +56,11 @@ std::optional<Eigen::Quaterniond> SequentialFeed::TurnTo(const TimedImage& image
   return turns_->Between(*before, image.time);
 }
 
-void SequentialFeed::CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const {
+void SequentialFeed::CorrectForTurn(std::optional<ReadoutMotion> turn, Frame* frame) const {
   if (!turns_) return;
-  if (!turn_rad) turn_rad = turns_->DuringReadout(frame->time);
-  if (!turn_rad) return;
-  *frame = WithMotion(*frame, {*turn_rad, Eigen::Vector3d::Zero()}, turns_->camera());
+  if (!turn) turn = turns_->DuringReadout(frame->time);
+  if (!turn) return;
+  *frame = WithMotion(*frame, *turn, turns_->camera());
   frame->turn_is_measured = true;
 }
 

@@ -32,8 +32,8 @@ class SequentialFeed : public FrameFeed {
   std::optional<Frame> Next() override;
 
  private:
-  /// `turn_rad`: as the image's source knows it.
-  void CorrectForTurn(std::optional<Eigen::Vector3d> turn_rad, Frame* frame) const;
+  /// `turn`: as the image's source knows it.
+  void CorrectForTurn(std::optional<ReadoutMotion> turn, Frame* frame) const;
   /// By which the camera has turned since the image before.
   std::optional<Eigen::Quaterniond> TurnTo(const TimedImage& image);
 

@@ -6,6 +6,7 @@
 
 #include "deepuav/base/ids.h"
 #include "deepuav/base/time.h"
+#include "deepuav/geometry/rolling_shutter.h"
 #include "deepuav/image/image.h"
 
 namespace deepuav {
@@ -15,9 +16,9 @@ struct TimedImage {
   Timestamp time;
   GreyImage image;
   double decode_s = 0;  ///< What reading it took.
-  /// How the camera turned from the first row to the last, in its own axes, where the source knows
-  /// it and the run's sensors do not.
-  std::optional<Eigen::Vector3d> turn_rad = {};
+  /// How the camera turned while it was read, where the source knows it and the run's sensors do
+  /// not.
+  std::optional<ReadoutMotion> turn_in_readout = {};
   /// now_from_before since the image given before, likewise.
   std::optional<Eigen::Quaterniond> turn_since_before = {};
 };
