@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 
+#include "deepuav/features/readout_correction.h"
 #include "deepuav/patches/local_warp.h"
 #include "deepuav/patches/patch_measurement.h"
 
@@ -21,7 +22,8 @@ void Measure(const Frame& a, const Keypoint& in_a, const Frame& b, const Keypoin
   const auto aligned = AlignPatch(*a.image, in_a.image_px.cast<double>(), b_from_a, *b.image,
                                   in_b.image_px.cast<double>(), options);
   if (!aligned) return;
-  const DetectedPixel known{in_b.image_px.cast<double>(), in_b.px.cast<double>(), b.motion};
+  const DetectedPixel known{in_b.image_px.cast<double>(), PixelInRow(in_b, b.motion, camera),
+                            b.motion};
   const auto measured = Undistorted(aligned->px, aligned->noise, known, camera);
   if (!measured) return;
   pair->b_px = measured->px.cast<double>();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "deepuav/base/random.h"
+#include "deepuav/map/frame_motion.h"
 #include "support/textured_plane.h"
 
 namespace deepuav {
@@ -29,12 +30,13 @@ class MeasurePairsTest : public ::testing::Test {
     b_ = View(b_from_a_);
   }
 
-  Frame View(const SE3& pose) {
+  /// `motion`: turning alone.
+  Frame View(const SE3& pose, const ReadoutMotion& motion = {}) {
     Features features{{}, Descriptors(2)};
     const float descriptor[2] = {1, 0};
     for (const Eigen::Vector3d& point : points_) {
       const Eigen::Vector2d image_px =
-          *camera_.Distort(pose * point) +
+          *DistortInRow(camera_, camera_.pinhole.Project(pose * point), motion) +
           Eigen::Vector2d(random_.Gaussian(kDetectorSigmaPx), random_.Gaussian(kDetectorSigmaPx));
       features.keypoints.push_back(
           {image_px.cast<float>(), camera_.Undistort(image_px)->cast<float>()});
@@ -42,8 +44,8 @@ class MeasurePairsTest : public ::testing::Test {
     }
     Frame frame;
     frame.features = std::make_shared<const Features>(features);
-    frame.image = std::make_shared<const ImagePyramid>(world_.Render(camera_, pose), 3);
-    return frame;
+    frame.image = std::make_shared<const ImagePyramid>(world_.Render(camera_, pose, motion), 3);
+    return WithMotion(std::move(frame), motion, camera_);
   }
 
   std::vector<PixelPair> Measured(const PatchOptions& options = {}) const {
@@ -84,6 +86,14 @@ TEST_F(MeasurePairsTest, AreAsGoodAsPatchesTell) {
     measured += pair.noise_ratio < 0.5;
   }
   EXPECT_GT(measured, 0.9 * static_cast<double>(pairs.size()));
+}
+
+TEST_F(MeasurePairsTest, AreAsTheMiddleRowSeesThem) {
+  const ReadoutMotion motion_a{{0.01, -0.02, 0.03}, {0, 0, 0}, {0.01, 0, 0.02}},
+      motion_b{{-0.03, 0.01, 0.02}, {0, 0, 0}, {0, 0.02, 0}};
+  a_ = View(SE3(), motion_a);
+  b_ = View(b_from_a_, motion_b);
+  EXPECT_LT(RmsPx(Measured()), 0.3 * RmsPx(DetectedPairs(a_, b_, matches_)));
 }
 
 TEST_F(MeasurePairsTest, StayAsDetectedWherePatchesDoNotAgree) {
