@@ -6,7 +6,7 @@
 namespace deepuav {
 namespace {
 
-/// Of a readout that samples must cover: where they end, they speak for the rest of it, too.
+/// Of a readout that samples must cover: beyond them the turn is taken to bend on as it did.
 constexpr double kLeastShare = 0.4;
 
 }  // namespace
@@ -25,22 +25,19 @@ std::optional<Eigen::Vector3d> CameraTurns::TurnBetween(Timestamp from, Timestam
 std::optional<ReadoutMotion> CameraTurns::DuringReadout(Timestamp time) const {
   if (camera_.readout_s == 0 || integrator_.samples().empty()) return std::nullopt;
   const auto half_ns = static_cast<int64_t>(std::llround(camera_.readout_s / 2 * 1e9));
-  const Timestamp begin{time.nanoseconds - half_ns}, end{time.nanoseconds + half_ns};
-  const Timestamp first = std::max(begin, integrator_.samples().front().time);
-  const Timestamp last = std::min(end, integrator_.samples().back().time);
+  const auto& samples = integrator_.samples();
+  const Timestamp first = std::max(Timestamp{time.nanoseconds - half_ns}, samples.front().time);
+  const Timestamp last = std::min(Timestamp{time.nanoseconds + half_ns}, samples.back().time);
   const double covered = SecondsBetween(first, last) / camera_.readout_s;
   if (!(covered >= kLeastShare)) return std::nullopt;
+  const Timestamp between{first.nanoseconds + (last.nanoseconds - first.nanoseconds) / 2};
+  const auto before = TurnBetween(first, between), after = TurnBetween(between, last);
+  if (!before || !after) return std::nullopt;
+  // TurnAt from a moment to another is their difference times (turn + their sum times bend).
+  const double middle = SecondsBetween(time, between) / camera_.readout_s;
   ReadoutMotion turn;
-  if (first == begin && last == end) {
-    const auto until_middle = TurnBetween(first, time), since_middle = TurnBetween(time, last);
-    if (!until_middle || !since_middle) return std::nullopt;
-    turn.turn_rad = *until_middle + *since_middle;
-    turn.bend_rad = 2 * (*since_middle - *until_middle);
-  } else {
-    const auto part = TurnBetween(first, last);
-    if (!part) return std::nullopt;
-    turn.turn_rad = *part / covered;
-  }
+  turn.bend_rad = 2 / (covered * covered) * (*after - *before);
+  turn.turn_rad = (*before + *after) / covered - 2 * middle * turn.bend_rad;
   return turn;
 }
 

@@ -21,8 +21,8 @@ class CameraTurns {
   const Camera& camera() const { return camera_; }
 
   /// The turn while the image was read whose middle row is of `time`; nothing where the camera
-  /// reads all rows at once, or where the samples do not cover about half of it: they speak for the
-  /// rest, too. What a gyroscope errs by is small beside a detector's noise then.
+  /// reads all rows at once, or where the samples do not cover about half of it: beyond them the
+  /// turn bends on as it did. What a gyroscope errs by is small beside a detector's noise then.
   std::optional<ReadoutMotion> DuringReadout(Timestamp time) const;
 
   /// now_from_before of the camera's axes; nothing where samples are missing or `now` does not come

@@ -65,12 +65,26 @@ TEST(CameraTurns, KnowWhereEachRowLooked) {
   EXPECT_TRUE(turn->travel.isZero(0));
 }
 
+TEST(CameraTurns, GoOnAsTheyBentWhereSamplesEnd) {
+  const ImuStream all = Stream(200);
+  ImuStream later = all;
+  constexpr int kMissing = 60;  // The next is of the middle row.
+  later.samples.erase(later.samples.begin(), later.samples.begin() + kMissing);
+  const Timestamp time{kMissing * kStepNs};
+  const auto known = CameraTurns(all, kMaxGapS, RollingCamera()).DuringReadout(time);
+  const auto told = CameraTurns(later, kMaxGapS, RollingCamera()).DuringReadout(time);
+  ASSERT_TRUE(known && told);
+  for (const double moment : {-0.5, -0.2, 0.3, 0.5})
+    EXPECT_LT((told->TurnAt(moment) - known->TurnAt(moment)).norm(), 5e-5) << moment;
+  EXPECT_GT((0.5 * known->turn_rad + known->TurnAt(-0.5)).norm(), 2e-4);
+}
+
 TEST(CameraTurns, SaysNothingOfWhatItsSamplesDoNotCover) {
   ImuStream imu = Stream(200);
   imu.samples.erase(imu.samples.begin() + 80, imu.samples.begin() + 120);
   const CameraTurns turns(imu, kMaxGapS, RollingCamera());
   EXPECT_FALSE(turns.DuringReadout({-5'000'000}));
-  EXPECT_TRUE(turns.DuringReadout({5'000'000})) << "at the first sample's rate";
+  EXPECT_TRUE(turns.DuringReadout({5'000'000}));
   EXPECT_FALSE(turns.DuringReadout({500'000'000})) << "in the gap";
   EXPECT_TRUE(turns.DuringReadout({990'000'000}));
   EXPECT_FALSE(turns.DuringReadout({1'000'000'000}));
