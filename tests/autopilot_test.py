@@ -100,7 +100,7 @@ class Autopilot(threading.Thread):
 def with_gauge(source, target, kind):
     """The map of an earlier run as if other sensors had told what its world means: docs/map-format.md."""
     raw, at = source.read_bytes(), 12
-    while raw[at:at + 4] not in (b"ROWS", b"END "):
+    while raw[at:at + 4] not in (b"TURN", b"END "):
         at += 24 + struct.unpack_from("<Q", raw, at + 16)[0] + 32
     content = struct.pack("<Qq", 1, 0) + (struct.pack("<3d", *ORIGIN) if kind == GEOREFERENCED else b"")
     content += struct.pack("<d", SCALE_SIGMA)

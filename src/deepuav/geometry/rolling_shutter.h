@@ -13,12 +13,10 @@ namespace deepuav {
 struct ReadoutMotion {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< Rotation vector.
   Eigen::Vector3d travel = Eigen::Vector3d::Zero();    ///< Of its centre, in map units.
-  /// What a camera that shakes turns faster or slower in the course of it: see TurnAt.
+  /// By how much a camera that shakes turns faster or slower in the course of it: see TurnAt.
   Eigen::Vector3d bend_rad = Eigen::Vector3d::Zero();
 
-  bool IsNone() const { return IsSteady() && travel.isZero(0); }
-  /// Whether it does not turn.
-  bool IsSteady() const { return turn_rad.isZero(0) && bend_rad.isZero(0); }
+  bool IsNone() const { return turn_rad.isZero(0) && bend_rad.isZero(0) && travel.isZero(0); }
   bool TurnsAs(const ReadoutMotion& other) const {
     return turn_rad == other.turn_rad && bend_rad == other.bend_rad;
   }
