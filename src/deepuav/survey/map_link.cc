@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "deepuav/estimation/damped_gauss_newton.h"
@@ -52,24 +53,50 @@ class LinkSearch {
     }
   }
 
+  /// Refined from where most sights agree roughly, of scales that single sights give.
   std::optional<MapLink> Find() const {
-    std::optional<MapLink> best;
+    std::vector<Hypothesis> hypotheses;
     for (const CommonView& common : common_) {
-      for (const CrossSight& sight : sights_) {
-        const double scale = sight.view == common.view ? 0 : ScaleBy(sight, common);
+      for (const CrossSight* sight : Drawn()) {
+        const double scale = sight->view == common.view ? 0 : ScaleBy(*sight, common);
         if (!std::isfinite(scale) || scale <= 0) continue;
-        const MapLink link =
-            Refined({scale, common.main_from_side,
-                     common.in_main - scale * (common.main_from_side * common.in_side)},
-                    common.in_main);
-        if (!best || link.agreeing > best->agreeing) best = link;
+        const Sim3 link(scale, common.main_from_side,
+                        common.in_main - scale * (common.main_from_side * common.in_side));
+        const auto agreeing = Within(link, kLimits[0] * max_error_px_).size();
+        hypotheses.push_back({link, common.in_main, agreeing});
       }
+    }
+    std::ranges::stable_sort(hypotheses, std::greater(), &Hypothesis::agreeing);
+    std::optional<MapLink> best;
+    for (size_t i = 0; i < std::min(hypotheses.size(), kMostRefined); ++i) {
+      const MapLink link = Refined(hypotheses[i].main_from_side, hypotheses[i].about);
+      if (!best || link.agreeing > best->agreeing) best = link;
     }
     return best;
   }
 
  private:
   using Equations = NormalEquations<7>;
+
+  struct Hypothesis {
+    Sim3 main_from_side;
+    Eigen::Vector3d about;  ///< A place near the photographs, in main.
+    size_t agreeing = 0;
+  };
+
+  /// Sights that scales are taken from, of each common view; hypotheses that are refined.
+  static constexpr size_t kMostDrawn = 200, kMostRefined = 20;
+  /// By which sights agree from step to step, over the final one: the common view's pose is known
+  /// from few points.
+  static constexpr double kLimits[] = {16, 8, 4, 2, 1};
+
+  /// Evenly over all sights, which are in the order of their tracks.
+  std::vector<const CrossSight*> Drawn() const {
+    const size_t count = std::min(sights_.size(), kMostDrawn);
+    std::vector<const CrossSight*> drawn;
+    for (size_t i = 0; i < count; ++i) drawn.push_back(&sights_[i * sights_.size() / count]);
+    return drawn;
+  }
 
   void Add(const Eigen::Vector3d& point, const SurveyState& of_view, const Track::Sight& sight,
            const ViewPixels& px, bool is_point_of_side) {
@@ -151,9 +178,8 @@ class LinkSearch {
     return equations;
   }
 
-  /// By the sights that agree, roughly at first: the common view's pose is known from few points.
+  /// By the sights that agree, roughly at first.
   MapLink Refined(const Sim3& main_from_side, const Eigen::Vector3d& about) const {
-    constexpr double kLimits[] = {16, 8, 4, 2, 1};  // over the final one
     constexpr int kIterations = 10, kLeastSights = 4;
     MapLink link{main_from_side, static_cast<int>(sights_.size())};
     for (const double times : kLimits) {

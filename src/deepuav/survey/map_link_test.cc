@@ -14,16 +14,14 @@ namespace {
 /// view 2.
 class MapLinkTest : public ::testing::Test {
  protected:
-  static constexpr int kPoints = 90;
-
-  MapLinkTest() {
+  explicit MapLinkTest(int points = 90) : point_count_(points) {
     lens_.camera.pinhole = {500, 500, 319.5, 239.5};
     Random random(1);
     for (int v = 0; v < 5; ++v)
       poses_.push_back(Perturbed(LookDown({3.0 * v, v % 2 * 2.0, 20}, 0), 0.2, 0.05, &random));
     px_.resize(poses_.size());
     tracks_.of_keypoint.resize(poses_.size());
-    for (int t = 0; t < kPoints; ++t) {
+    for (int t = 0; t < point_count_; ++t) {
       points_.emplace_back(random.Uniform(0, 10), random.Uniform(-4, 5), random.Uniform(0, 3));
       const size_t seen_by = t % 3 == 0 ? 3 : t % 3 == 1 ? 0 : 2;
       const Eigen::Vector2d noise(random.Gaussian(0.3), random.Gaussian(0.3));
@@ -59,6 +57,7 @@ class MapLinkTest : public ::testing::Test {
     return FindMapLink(tracks_, px_, Main(), Side(has_common), {3, 4}, 3);
   }
 
+  const int point_count_;
   const Sim3 main_from_side_{
       0.3,
       Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
@@ -73,8 +72,8 @@ class MapLinkTest : public ::testing::Test {
 TEST_F(MapLinkTest, IsFoundByWhatEachSeesOfTheOther) {
   const auto link = Find(true);
   ASSERT_TRUE(link);
-  EXPECT_EQ(link->sights, kPoints);
-  EXPECT_EQ(link->agreeing, kPoints);
+  EXPECT_EQ(link->sights, point_count_);
+  EXPECT_EQ(link->agreeing, point_count_);
   EXPECT_NEAR(link->main_from_side.scale() / main_from_side_.scale(), 1, 5 * link->scale_sigma);
   EXPECT_LT(link->scale_sigma, 0.02);
   EXPECT_LT(link->main_from_side.rotation().angularDistance(main_from_side_.rotation()), 0.005);
@@ -88,7 +87,26 @@ TEST_F(MapLinkTest, WrongMatchesChangeNothing) {
   }
   const auto link = Find(true);
   ASSERT_TRUE(link);
-  EXPECT_NEAR(link->agreeing, kPoints * 2 / 3, 2);
+  EXPECT_NEAR(link->agreeing, point_count_ * 2 / 3, 2);
+  EXPECT_NEAR(link->main_from_side.scale() / main_from_side_.scale(), 1, 5 * link->scale_sigma);
+}
+
+/// As of a map made with wrong matches, or of two cameras.
+class LargeMapLinkTest : public MapLinkTest {
+ protected:
+  LargeMapLinkTest() : MapLinkTest(9000) {}
+};
+
+TEST_F(LargeMapLinkTest, IsFoundInSecondsAmongThousandsOfWrongMatches) {
+  Random random(4);
+  for (size_t v : {0, 2, 3}) {
+    for (size_t k = 0; k < px_[v].size(); ++k) {
+      if (k % 10 != 0) px_[v][k].px = {random.Uniform(0, 640), random.Uniform(0, 480)};
+    }
+  }
+  const auto link = Find(true);
+  ASSERT_TRUE(link);
+  EXPECT_NEAR(link->agreeing, point_count_ / 10, 20);
   EXPECT_NEAR(link->main_from_side.scale() / main_from_side_.scale(), 1, 5 * link->scale_sigma);
 }
 
