@@ -14,7 +14,8 @@ namespace {
 std::string LensComments(const RefinedLens& lens, double fx) {
   const CalibrationSigmas& sigmas = lens.sigmas;
   std::string text = "# standard deviations: ";
-  if (sigmas.focal > 0) text += fmt::format("fx {:.3f} px, ", sigmas.focal * fx);
+  if (lens.is_focal_told && sigmas.focal > 0)
+    text += fmt::format("fx {:.3f} px, ", sigmas.focal * fx);
   text += fmt::format("k1 {:.6f}, k2 {:.6f}", sigmas.k1, sigmas.k2);
   if (sigmas.centre > 0) {
     text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
@@ -55,8 +56,11 @@ std::string CalibrationText(const FoundCalibration& calibration) {
   const double focal_px = calibration.camera.pinhole.fx;
   std::string text = fmt::format("focal length {:.1f} px", focal_px);
   if (const auto& lens = calibration.lens) {
-    if (lens->sigmas.focal > 0)
-      text += fmt::format(" (standard deviation {:.1f})", lens->sigmas.focal * focal_px);
+    if (!lens->is_focal_told) {
+      text += ", which the photographs don't tell";
+    } else if (lens->sigmas.focal > 0) {
+      text += fmt::format(" (standard deviation {:.2g})", lens->sigmas.focal * focal_px);
+    }
     if (!calibration.camera.distortion.empty())
       text +=
           fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0], lens->sigmas.k1);

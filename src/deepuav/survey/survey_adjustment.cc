@@ -75,7 +75,8 @@ BundleOptions OptionsOf(const AdjustmentEffort& effort, const SurveyOptions& opt
   // Nearly level flight tells the focal length by little: the cost is flat along it, and damping
   // would let it creep.
   if (effort.is_nearly_right) bundle.initial_damping = kNearlyRightDamping;
-  bundle.refine_focal = bundle.refine_radial = effort.refine_lens && lens.is_refined;
+  bundle.refine_radial = effort.refine_lens && lens.is_refined;
+  bundle.refine_focal = bundle.refine_radial && !lens.holds_focal;
   if (lens.is_refined) bundle.focal_sigma = lens.focal_sigma;
   bundle.k1_sigma = options.k1_sigma;
   const Pinhole& pinhole = lens.camera.pinhole;
@@ -158,10 +159,11 @@ std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& 
   if (bundle.problem.observations.empty()) return std::nullopt;
   bundle.problem.camera_fixed.front() = 1;
   if (state.lens.is_refined_wholly) HoldScale(&bundle);
-  const auto sigmas = EstimateCalibrationSigmas(
+  auto sigmas = EstimateCalibrationSigmas(
       bundle.problem, OptionsOf({.refine_lens = true, .max_last_move = 1}, options, state.lens));
   if (!sigmas) return std::nullopt;
-  return RefinedLens{*sigmas, state.lens.camera.readout_s};
+  if (state.lens.holds_focal) sigmas->focal = state.lens.focal_sigma;
+  return RefinedLens{*sigmas, state.lens.camera.readout_s, !state.lens.holds_focal};
 }
 
 }  // namespace deepuav

@@ -32,7 +32,8 @@ void AdjustAllViews(const Tracks& tracks, const ViewPixels& px, const Adjustment
 /// What the views tell of a lens that is refined, besides its camera.
 struct RefinedLens {
   CalibrationSigmas sigmas;
-  double readout_s = 0;  ///< Of a rolling shutter; 0: not told.
+  double readout_s = 0;       ///< Of a rolling shutter; 0: not told.
+  bool is_focal_told = true;  ///< Else it is as it was given, and so is its standard deviation.
 };
 
 /// How well the lens is known now; nothing where it is not refined.

@@ -18,20 +18,21 @@ constexpr double kFocalPx = 450, kHeightM = 40;
 /// A survey over rolling ground, with a camera that bends straight lines and sways a little.
 class SurveyMapperTest : public ::testing::Test {
  protected:
-  SurveyMapperTest() : world_(Ground(), 2) {
+  explicit SurveyMapperTest(double relief_m = 3, double sway_rad = 0.06)
+      : world_(Ground(relief_m), 2) {
     Random random(3);
     for (const SE3& pose : SurveyPath(4, 6, 14, kHeightM))
-      poses_.push_back(Perturbed(pose, 0.5, 0.06, &random));
+      poses_.push_back(Perturbed(pose, 0.5, sway_rad, &random));
     camera_ = world_.camera();
     bent_ = camera_;
     bent_.lens = LensModel::kRadialTangential;
     bent_.distortion = {-0.2, 0.03, 0, 0};
   }
 
-  static SyntheticWorld Ground() {
+  static SyntheticWorld Ground(double relief_m) {
     Random random(1);
     SyntheticWorld geometry;
-    geometry.landmarks_world = LandmarksOnGround(3500, {-50, -45}, {120, 95}, 3, &random);
+    geometry.landmarks_world = LandmarksOnGround(3500, {-50, -45}, {120, 95}, relief_m, &random);
     return geometry;
   }
 
@@ -185,6 +186,43 @@ TEST_F(SurveyMapperTest, OfNothingThereIsNoMap) {
   const SurveyOutcome outcome = Run({empty, empty, empty}, camera_, 0.1);
   EXPECT_TRUE(outcome.atlas.Remaining().empty());
   EXPECT_EQ(outcome.places.size(), 3u);
+}
+
+/// Seen straight down, level ground looks the same to any focal length at the height that goes with
+/// it; photographs whose rows are read one after the other fit some wrong one best.
+class LevelSurveyTest : public SurveyMapperTest {
+ protected:
+  LevelSurveyTest() : SurveyMapperTest(0.3, 0.002) {}
+
+  std::vector<SurveyView> Sheared(double shear_px) {
+    std::vector<SurveyView> views = Views(InOrder(), camera_);
+    Random random(12);
+    for (SurveyView& view : views) {
+      auto features = std::make_shared<Features>(*view.frame.features);
+      const float across = static_cast<float>(random.Gaussian(shear_px));
+      const float along = static_cast<float>(random.Gaussian(shear_px));
+      for (Keypoint& keypoint : features->keypoints) {
+        const float row = (keypoint.px.y() - static_cast<float>(camera_.pinhole.cy)) /
+                          static_cast<float>(camera_.pinhole.cy);
+        keypoint.px += row * Eigen::Vector2f(across, along);
+        keypoint.image_px = keypoint.px;
+      }
+      view.frame.features = std::move(features);
+    }
+    return views;
+  }
+};
+
+TEST_F(LevelSurveyTest, AFocalLengthThatNothingTellsIsKept) {
+  for (const double ratio : {0.8, 1.0, 1.2}) {
+    const SurveyOutcome outcome = Run(Sheared(1.5), Guess(ratio), 0.3);
+    EXPECT_EQ(Mapped(outcome), std::ssize(InOrder())) << ratio;
+    EXPECT_NEAR(outcome.camera.pinhole.fx, Guess(ratio).pinhole.fx, 1e-6) << ratio;
+    ASSERT_TRUE(outcome.lens) << ratio;
+    EXPECT_FALSE(outcome.lens->is_focal_told) << ratio;
+    EXPECT_EQ(outcome.lens->sigmas.focal, 0.3) << ratio;
+    EXPECT_LT(PositionError(outcome, InOrder()), 1) << ratio;
+  }
 }
 
 TEST_F(SurveyMapperTest, LandmarksReprojectWhereTheyAreSeen) {

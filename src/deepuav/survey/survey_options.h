@@ -24,15 +24,18 @@ struct SurveyOptions {
   int trial_views = 8;          ///< Photographs by which a start and its focal length are judged.
   int trial_pairs = 12;         ///< First pairs that are tried.
   double focal_lead = 1.02;     ///< Support of another focal length over that of the given one.
-  int min_pose_inliers = 20;    ///< Points that agree with the pose of a photograph.
-  double min_pose_ratio = 0.25;  ///< Of those matched with it.
-  double max_error_px = 3;       ///< Reprojection error of an observation that counts.
-  double min_parallax_deg = 1;   ///< Of a point.
-  int min_map_views = 3;         ///< A smaller map is none.
-  double adjust_growth = 1.15;   ///< Growth of the map after which all of it is adjusted.
-  int window_views = 12;         ///< Adjusted with a new photograph in between.
-  double k1_sigma = 0.3;         ///< Of k1 about 0 before the photographs are seen...
-  double k2_sigma = 0.05;        ///< ...and of k2, where the lens sees wide enough to tell it.
+  double focal_rival_support = 0.9;  ///< Of the best start's, of one whose focal length may be it.
+  double focal_agreement = 2;        ///< Of rivals, longest over shortest: else none is told.
+  double held_focal_support = 0.8;   ///< Of the best start's, of one held at the given length.
+  int min_pose_inliers = 20;         ///< Points that agree with the pose of a photograph.
+  double min_pose_ratio = 0.25;      ///< Of those matched with it.
+  double max_error_px = 3;           ///< Reprojection error of an observation that counts.
+  double min_parallax_deg = 1;       ///< Of a point.
+  int min_map_views = 3;             ///< A smaller map is none.
+  double adjust_growth = 1.15;       ///< Growth of the map after which all of it is adjusted.
+  int window_views = 12;             ///< Adjusted with a new photograph in between.
+  double k1_sigma = 0.3;             ///< Of k1 about 0 before the photographs are seen...
+  double k2_sigma = 0.05;            ///< ...and of k2, where the lens sees wide enough to tell it.
   double centre_sigma = 0.02;  ///< Of the principal point about the middle, over the focal length.
   double tangential_sigma = 0.01;   ///< Of p1 and p2 about none.
   double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
@@ -87,6 +90,17 @@ struct SurveyOptions {
     visit("focal_lead", focal_lead, "",
           "support of another focal length over that of the given one to be taken",
           Between(1, 100));
+    visit("focal_rival_support", focal_rival_support, "",
+          "support of another focal length over that of the best for it to be as likely",
+          Between(0, 1));
+    visit("focal_agreement", focal_agreement, "",
+          "longest over shortest of the focal lengths that are as likely, above which the "
+          "photographs don't tell it",
+          Between(1, 100));
+    visit("held_focal_support", held_focal_support, "",
+          "support of the given focal length, over that of the best, for it to be held where the "
+          "photographs don't tell it",
+          Between(0, 1));
     visit("min_pose_inliers", min_pose_inliers, "",
           "points that agree with the pose of a photograph, at least", Between(6, 100000));
     visit("min_pose_ratio", min_pose_ratio, "", "share of the points matched with it",

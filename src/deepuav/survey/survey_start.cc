@@ -1,6 +1,7 @@
 #include "deepuav/survey/survey_start.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "deepuav/base/logging.h"
@@ -47,9 +48,26 @@ class StartSearch {
 
   bool Stopped() const { return stop_ && stop_(); }
 
-  /// The best of what starts with the pair.
+  /// The best of what starts with the pair. Where the photographs don't tell the focal length, it
+  /// is held at what it is said to be.
   std::optional<Trial> TryPair(const MatchedPair& pair) const {
-    std::optional<Trial> best;
+    std::vector<Trial> trials = TryFocalLengths(pair);
+    if (trials.empty()) return std::nullopt;
+    const Trial& best = Best(trials);
+    if (!lens_.is_refined || TellFocal(trials, best.support)) return best;
+    SurveyLens held = lens_;
+    held.holds_focal = true;
+    const auto trial = TryLens(pair, held);
+    const bool is_as_good = trial && trial->support >= options_.held_focal_support * best.support;
+    Log().debug("the photographs don't tell the focal length: it is {} at {:.0f} px",
+                is_as_good ? "held" : "not held", lens_.camera.pinhole.fx);
+    return is_as_good ? *trial : best;
+  }
+
+ private:
+  /// One for each focal length from which something grows.
+  std::vector<Trial> TryFocalLengths(const MatchedPair& pair) const {
+    std::vector<Trial> trials;
     for (const double ratio : kFocalRatios) {
       const bool is_given = ratio == 1;
       if ((!is_given && !lens_.is_refined) || Stopped()) break;
@@ -66,13 +84,32 @@ class StartSearch {
       std::optional<Trial> trial = TryLens(pair, lens);
       if (!trial) continue;
       trial->is_given_focal = is_given;
-      const double lead = best && best->is_given_focal ? options_.focal_lead : 1;
-      if (!best || trial->support > lead * best->support) best = std::move(trial);
+      trials.push_back(std::move(*trial));
     }
-    return best;
+    return trials;
   }
 
- private:
+  const Trial& Best(const std::vector<Trial>& trials) const {
+    const Trial* best = &trials.front();
+    for (const Trial& trial : trials) {
+      const double lead = best->is_given_focal ? options_.focal_lead : 1;
+      if (trial.support > lead * best->support) best = &trial;
+    }
+    return *best;
+  }
+
+  /// Whether those that explain about as much as the best come to about the same.
+  bool TellFocal(const std::vector<Trial>& trials, double best_support) const {
+    double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+    for (const Trial& trial : trials) {
+      if (trial.support < options_.focal_rival_support * best_support) continue;
+      const double focal_px = trial.growth.state().lens.camera.pinhole.fx;
+      shortest = std::min(shortest, focal_px);
+      longest = std::max(longest, focal_px);
+    }
+    return longest <= options_.focal_agreement * shortest;
+  }
+
   std::optional<Trial> TryLens(const MatchedPair& pair, const SurveyLens& lens) const {
     std::optional<Trial> best;
     const SurveyGrowth empty(&tracks_, &px_, lens, options_);

@@ -33,6 +33,8 @@ struct SurveyLens {
   bool is_refined = false;    ///< Else it stays as it is.
   double focal_guess_px = 0;  ///< What the prior says...
   double focal_sigma = 0.1;   ///< ...and how far it is to be trusted.
+  /// The focal length stays as it is meanwhile: the photographs seen so far don't tell it.
+  bool holds_focal = false;
   Eigen::Vector2d centre_guess_px = Eigen::Vector2d::Zero();
   /// Its centre, tangential distortion and readout are refined, too, and k2 however narrow it is.
   bool is_refined_wholly = false;

@@ -1,0 +1,39 @@
+#include "deepuav/assembly/found_calibration.h"
+
+#include <gtest/gtest.h>
+
+namespace deepuav {
+namespace {
+
+FoundCalibration Found(const RefinedLens& lens) {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.pinhole = {500, 500, 319.5, 239.5};
+  camera.lens = LensModel::kRadialTangential;
+  camera.distortion = {-0.1, 0, 0, 0};
+  return DescribeCalibration(camera, "a guess", camera, lens);
+}
+
+TEST(CalibrationText, SaysHowWellTheFocalLengthIsKnown) {
+  RefinedLens lens;
+  lens.sigmas.focal = 0.00012;
+  lens.sigmas.k1 = 0.0004;
+  EXPECT_EQ(CalibrationText(Found(lens)),
+            "focal length 500.0 px (standard deviation 0.06), k1 -0.1000 (0.0004); from a guess\n");
+  EXPECT_NE(CalibrationYaml(Found(lens)).find("fx 0.060 px"), std::string::npos);
+}
+
+TEST(CalibrationText, SaysWhereNothingToldTheFocalLength) {
+  RefinedLens lens;
+  lens.is_focal_told = false;
+  lens.sigmas.focal = 0.3;
+  lens.sigmas.k1 = 0.0004;
+  EXPECT_EQ(CalibrationText(Found(lens)),
+            "focal length 500.0 px, which the photographs don't tell, k1 -0.1000 (0.0004); from a "
+            "guess\n");
+  EXPECT_EQ(CalibrationYaml(Found(lens)).find("fx 150"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace deepuav
