@@ -214,14 +214,15 @@ InertialAttempt AlignInertially(const Trajectory& path, const ImuStream& imu,
     return Refused(fmt::format("{:.1f} s of the path have samples: expected {:g} s", seconds,
                                options.min_duration_s));
   }
+  problem.options.path_scale_sigma =
+      std::hypot(options.path_scale_sigma, imu.mount_is_known ? options.sensor_scale_sigma
+                                                              : options.uncalibrated_scale_sigma);
   double mount_sigma_rad = 0;
   if (!imu.mount_is_known) {
     const std::optional<FoundMount> mount = FindMount(problem.path, integrator, options);
     if (!mount) return Refused("the camera's turns do not tell how the sensor is mounted");
     problem.cam_from_imu = {mount->cam_from_imu, imu.cam_from_imu.translation()};
     mount_sigma_rad = mount->sigma_rad;
-    problem.options.path_scale_sigma =
-        std::hypot(options.path_scale_sigma, options.uncalibrated_scale_sigma);
   }
   const auto first =
       std::min_element(path.begin(), path.end(),

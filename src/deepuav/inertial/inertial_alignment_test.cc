@@ -83,6 +83,16 @@ TEST(InertialAlignment, FindsScaleLevelAndBiases) {
   EXPECT_LT(found.chi_square, 1);
 }
 
+TEST(InertialAlignment, IsNoSurerOfTheScaleThanItsSensorIs) {
+  Flown flown{InertialFlight()};
+  constexpr double kMisScaled = 1.008;
+  for (ImuSample& sample : flown.imu.samples) sample.specific_force *= kMisScaled;
+  const InertialAttempt attempt = flown.Align();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_GT(std::abs(ScaleError(*attempt.found)), 0.004);
+  EXPECT_LT(std::abs(ScaleError(*attempt.found)), 2 * attempt.found->scale_sigma);
+}
+
 TEST(InertialAlignment, TurnsTellAMountThatIsNotStated) {
   Flown flown{InertialFlight()};
   flown.imu.mount_is_known = false;

@@ -22,7 +22,8 @@ struct InertialOptions {
   double turn_walk_deg_sqrt_s = 0.005;   ///< Random walk of the path's turns.
   double level_walk_deg_sqrt_s = 0.002;  ///< Random walk of the vertical in the path.
   double path_scale_sigma = 0.003;  ///< Error of the whole path's scale that its poses do not show.
-  double uncalibrated_scale_sigma = 0.01;  ///< The same of a sensor whose mount is not stated.
+  double sensor_scale_sigma = 0.005;       ///< The same that a calibrated accelerometer brings...
+  double uncalibrated_scale_sigma = 0.01;  ///< ...and one whose mount is not stated.
   double max_imu_gap_s = 0.05;             ///< Between samples that are interpolated.
   double max_path_gap_s = 1;               ///< Between poses whose motion is integrated.
   double min_pose_interval_s = 0.045;      ///< Poses that come more often are left out.
@@ -76,6 +77,9 @@ struct InertialOptions {
           "random walk of what is level in it", Above(0, 90));
     visit("path_scale_sigma", path_scale_sigma, "",
           "error of the scale of a whole path that its poses do not show, as a share",
+          Between(0, 1));
+    visit("sensor_scale_sigma", sensor_scale_sigma, "",
+          "error of the scale that a sensor brings which was calibrated, as a share",
           Between(0, 1));
     visit("uncalibrated_scale_sigma", uncalibrated_scale_sigma, "",
           "error of the scale that a sensor's own, not calibrated, brings where not even its mount "
