@@ -13,9 +13,10 @@ namespace {
 
 std::string LensComments(const RefinedLens& lens, double fx) {
   const CalibrationSigmas& sigmas = lens.sigmas;
+  const bool tells_focal = lens.is_focal_told && sigmas.focal > 0;
+  if (!tells_focal && sigmas.k1 == 0) return "";
   std::string text = "# standard deviations: ";
-  if (lens.is_focal_told && sigmas.focal > 0)
-    text += fmt::format("fx {:.3f} px, ", sigmas.focal * fx);
+  if (tells_focal) text += fmt::format("fx {:.3f} px, ", sigmas.focal * fx);
   text += fmt::format("k1 {:.6f}, k2 {:.6f}", sigmas.k1, sigmas.k2);
   if (sigmas.centre > 0) {
     text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
@@ -62,8 +63,8 @@ std::string CalibrationText(const FoundCalibration& calibration) {
       text += fmt::format(" (standard deviation {:.2g})", lens->sigmas.focal * focal_px);
     }
     if (!calibration.camera.distortion.empty())
-      text +=
-          fmt::format(", k1 {:.4f} ({:.4f})", calibration.camera.distortion[0], lens->sigmas.k1);
+      text += fmt::format(", k1 {:.4f}", calibration.camera.distortion[0]);
+    if (lens->sigmas.k1 > 0) text += fmt::format(" ({:.4f})", lens->sigmas.k1);
     if (lens->readout_s != 0)
       text += fmt::format(", rolling shutter {:.1f} ms", 1000 * lens->readout_s);
   }

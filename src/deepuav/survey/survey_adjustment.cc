@@ -161,8 +161,11 @@ std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& 
   if (state.lens.is_refined_wholly) HoldScale(&bundle);
   auto sigmas = EstimateCalibrationSigmas(
       bundle.problem, OptionsOf({.refine_lens = true, .max_last_move = 1}, options, state.lens));
+  if (state.lens.holds_focal) {
+    if (!sigmas) sigmas.emplace();
+    sigmas->focal = state.lens.focal_sigma;
+  }
   if (!sigmas) return std::nullopt;
-  if (state.lens.holds_focal) sigmas->focal = state.lens.focal_sigma;
   return RefinedLens{*sigmas, state.lens.camera.readout_s, !state.lens.holds_focal};
 }
 

@@ -91,7 +91,6 @@ void SurveySharpening::AdjustMeasured(const std::function<bool()>& stop, BuiltSu
 bool SurveySharpening::RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) const {
   BuiltSurvey whole = *built;
   whole.state.lens.is_refined_wholly = true;
-  whole.state.lens.holds_focal = false;
   AdjustMeasured(stop, &whole);
   if (whole.state.model_sigma_px > options_.max_model_sigma_px) return false;
   const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
