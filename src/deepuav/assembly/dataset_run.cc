@@ -64,6 +64,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   }
   const Camera camera = loaded ? loaded->camera : sample ? sample->camera : dataset_->camera();
   Eyes eyes(camera, options_);
+  if (is_survey) eyes.ProvideLearnedMatcher(camera, options_);
   if (loaded) CheckNetwork(request_.map, *loaded, eyes);
 
   FinishedRun run;

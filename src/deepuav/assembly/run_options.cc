@@ -72,9 +72,11 @@ std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistr
     options->inference.Check();
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);
-    if (options->matcher.method == "auto")
-      options->matcher.method = models.Ships(options->features.model) ? best_method : "nearest";
-    if (NeedsSuperGlue(*options) && models.HasKind("superglue")) {
+    options->matcher.was_auto = options->matcher.method == "auto";
+    const bool is_shipped = models.Ships(options->features.model);
+    if (options->matcher.was_auto) options->matcher.method = is_shipped ? best_method : "nearest";
+    const bool may_be_asked = NeedsSuperGlue(*options) || (options->matcher.was_auto && is_shipped);
+    if (may_be_asked && models.HasKind("superglue")) {
       options->superglue.model = NetworkFile(options->superglue.model, "superglue", "",
                                              options->superglue.Inference(options->inference));
     }
@@ -119,6 +121,15 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
   }
 }
 
+void Eyes::ProvideLearnedMatcher(const Camera& camera, const RunOptions& options) {
+  if (!options.matcher.was_auto || matcher_is_learned_ || options.superglue.model.empty()) return;
+  models_.push_back({"matcher of what is left", ShippedModels().Check(options.superglue.model)});
+  learned_matcher_.emplace([camera, options] {
+    return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue,
+                                              options.inference);
+  });
+}
+
 Perception Eyes::perception() {
   return {&extractor_,
           matcher_.get(),
@@ -126,7 +137,8 @@ Perception Eyes::perception() {
           turned_ ? &*turned_ : nullptr,
           quick_matcher_ ? &*quick_matcher_ : nullptr,
           matcher_is_learned_,
-          &any_size_};
+          &any_size_,
+          learned_matcher_ ? &*learned_matcher_ : nullptr};
 }
 
 std::string Eyes::VocabularyDescription() const {

@@ -14,6 +14,7 @@
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
 #include "deepuav/io/dataset.h"
+#include "deepuav/matching/late_matcher.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/matching/superglue.h"
 #include "deepuav/place/vocabulary.h"
@@ -24,14 +25,16 @@ namespace deepuav {
 /// Which matcher finds the key points of one image in another without knowing their poses.
 struct MatcherChoice {
   std::string method = "auto";
+  bool was_auto = false;  ///< ReadSettings() put another method in place of it.
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("method", method, "",
-          "nearest (neighbours in descriptor space), superglue (a network), or auto: for pairs of "
-          "images superglue, else nearest",
-          OneOf({"auto", "nearest", "superglue"}));
+    visit(
+        "method", method, "",
+        "nearest (neighbours in descriptor space), superglue (a network), or auto: superglue for "
+        "pairs of images and for photographs that the others leave outside of a map, else nearest",
+        OneOf({"auto", "nearest", "superglue"}));
   }
 };
 
@@ -99,6 +102,10 @@ class Eyes {
   /// Throws Error for files that are missing, not as shipped, or do not fit one another.
   Eyes(const Camera& camera, const RunOptions& options);
 
+  /// A survey's matcher of what the quick one leaves outside of its map, where `matching.method`
+  /// left the choice. Throws Error where it is not as shipped.
+  void ProvideLearnedMatcher(const Camera& camera, const RunOptions& options);
+
   Perception perception();
   const SuperPoint& extractor() const { return extractor_; }
   const Matcher& matcher() const { return *matcher_; }
@@ -112,6 +119,7 @@ class Eyes {
   std::unique_ptr<Matcher> matcher_;
   bool matcher_is_learned_;
   std::optional<NearestNeighbourMatcher> quick_matcher_;  ///< Of places, beside a slow matcher.
+  std::optional<LateMatcher> learned_matcher_;
   std::string vocabulary_file_;
   std::optional<Vocabulary> vocabulary_;
   std::optional<SuperPointTurned> turned_;

@@ -63,15 +63,20 @@ ViewPixels SurveyMapper::PixelsOfViews() const {
   return px;
 }
 
-/// Photographs that stayed outside of the map may be from another height than those they overlap.
-bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& taken,
-                                std::vector<MatchedPair>* pairs,
-                                const std::function<bool()>& stop) {
+std::set<int> SurveyMapper::Outside(const SurveyState& known, const std::set<int>& taken) const {
   std::set<int> outside;
   for (size_t v = 0; v < views_.size(); ++v) {
     const int view = static_cast<int>(v);
     if (!known.cam_from_world[v] && !taken.contains(view)) outside.insert(view);
   }
+  return outside;
+}
+
+/// Photographs that stayed outside of the map may be from another height than those they overlap.
+bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& taken,
+                                std::vector<MatchedPair>* pairs,
+                                const std::function<bool()>& stop) {
+  const std::set<int> outside = Outside(known, taken);
   if (!eyes_.reduced || outside.empty()) return false;
   for (SurveyView& view : views_) {
     if (stop && stop()) return false;
@@ -121,6 +126,29 @@ void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<Mat
   *built = {std::move(all), std::move(grown), px_};
 }
 
+/// Photographs that stayed outside of the map come in by matches of other kinds.
+void SurveyMapper::BringIn(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                           const std::function<bool()>& stop, BuiltSurvey* built) {
+  const auto match = [&](const auto& matching) {
+    const StageScope stage(stages_, "match pairs");
+    return matching();
+  };
+  std::vector<MatchedPair> more = *pairs;
+  if (match([&] { return MatchReduced(built->state, taken, &more, stop); })) {
+    BuiltSurvey grown = *built;
+    GrowFurther(taken, more, stop, &grown);
+    // Matches that bring nobody in are more likely wrong than those there are.
+    if (grown.state.ViewCount() > built->state.ViewCount()) {
+      *built = std::move(grown);
+      *pairs = std::move(more);
+    }
+  }
+  // These are kept as they are: a map beside this one may be joined to it by them.
+  const std::set<int> outside = Outside(built->state, taken);
+  if (match([&] { return learned_->Add(tried_, outside, taken, pairs, stop); }))
+    GrowFurther(taken, *pairs, stop, built);
+}
+
 std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
                                                  std::vector<MatchedPair>* pairs,
                                                  const std::function<bool()>& stop) {
@@ -137,26 +165,16 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
     known = growth->state();
   }
   BuiltSurvey built{std::move(tracks), std::move(*known), px_};
-  const auto match = [&](const auto& matching) {
-    const StageScope stage(stages_, "match pairs");
-    return matching();
-  };
-  const size_t as_they_are = pairs->size();
-  if (match([&] { return MatchReduced(built.state, taken, pairs, stop); })) {
-    BuiltSurvey with_reduced = built;
-    GrowFurther(taken, *pairs, stop, &with_reduced);
-    if (with_reduced.state.ViewCount() > built.state.ViewCount()) {
-      built = std::move(with_reduced);
-    } else {  // Matches that bring nobody in are more likely wrong than those there are.
-      pairs->resize(as_they_are);
-    }
-  }
+  BringIn(taken, pairs, stop, &built);
   do {
     constexpr int kMostRounds = 3;
     int before = 0;
     for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
       before = built.state.ViewCount();
-      match([&] { MatchOverlaps(built, pairs, stop); });
+      {
+        const StageScope stage(stages_, "match pairs");
+        MatchOverlaps(built, pairs, stop);
+      }
       GrowFurther(taken, *pairs, stop, &built);
     }
   } while (Join(taken, *pairs, stop, &built));
@@ -260,6 +278,23 @@ void SurveyMapper::ResolveContradictions(const std::set<int>& taken,
   }
 }
 
+/// All photographs may tell the focal length that the first ones did not. Nothing where a rest
+/// stays unexplained: it would take that on.
+std::optional<BuiltSurvey> SurveyMapper::FreeFocal(const std::set<int>& taken,
+                                                   const std::vector<MatchedPair>& pairs,
+                                                   const SurveySharpening& sharpening,
+                                                   const std::function<bool()>& stop,
+                                                   BuiltSurvey built) {
+  built.state.lens.holds_focal = false;
+  GrowFurther(taken, pairs, stop, &built);
+  sharpening.KeepLensOneToOne(stop, &built);
+  sharpening.Sharpen(stop, &built);
+  const bool is_told = built.state.lens.is_refined_wholly;
+  Log().debug("all photographs {} the focal length: {:.0f} px", is_told ? "tell" : "don't tell",
+              built.state.lens.camera.pinhole.fx);
+  return is_told ? std::optional(std::move(built)) : std::nullopt;
+}
+
 std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
                                                std::vector<MatchedPair>* pairs,
                                                const std::function<bool()>& stop) {
@@ -268,11 +303,18 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
   ResolveContradictions(taken, pairs, stop, &*built);
   const SurveySharpening sharpening(&views_, camera_, keeps_distortion_, options_, measuring_,
                                     stages_);
-  sharpening.KeepLensOneToOne(stop, &*built);
+  std::optional<BuiltSurvey> freed;
+  if (built->state.lens.is_refined && built->state.lens.holds_focal)
+    freed = FreeFocal(taken, *pairs, sharpening, stop, *built);
+  if (freed) {
+    built = std::move(freed);
+  } else {
+    sharpening.KeepLensOneToOne(stop, &*built);
+    sharpening.Sharpen(stop, &*built);
+  }
   // Only what stays outside is matched after this.
   for (const int view : ViewsIn(built->state))
     views_[static_cast<size_t>(view)].turned.fill(StoredDescriptors());
-  sharpening.Sharpen(stop, &*built);
   return built;
 }
 
@@ -283,6 +325,7 @@ PairJudge SurveyMapper::JudgeOfPairs() const {
 SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::function<bool()>& stop) {
   views_ = std::move(views);
   tried_.clear();
+  learned_.emplace(&views_, eyes_.of_outside, options_);
   SurveyOutcome outcome;
   outcome.camera = camera_;
   outcome.places.resize(views_.size());

@@ -11,6 +11,7 @@
 #include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
+#include "deepuav/survey/learned_pairs.h"
 #include "deepuav/survey/pair_evidence.h"
 #include "deepuav/survey/survey_growth.h"
 #include "deepuav/survey/survey_options.h"
@@ -27,6 +28,7 @@ struct SurveyEyes {
   LenslessExtractor* reduced = nullptr;    ///< Null: photographs are seen at their size alone.
   TurnedDescriber* turned = nullptr;       ///< Null: under the headings that views come with.
   TemporaryFile* turned_file = nullptr;    ///< Where what it gives waits; null: in memory.
+  Matcher* of_outside = nullptr;  ///< For photographs that stay outside of the map; null: none.
 };
 
 /// What came of a survey.
@@ -71,6 +73,14 @@ class SurveyMapper {
                              const std::function<bool()>& stop, BuiltSurvey* built);
   void GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
                    const std::function<bool()>& stop, BuiltSurvey* built);
+  std::optional<BuiltSurvey> FreeFocal(const std::set<int>& taken,
+                                       const std::vector<MatchedPair>& pairs,
+                                       const SurveySharpening& sharpening,
+                                       const std::function<bool()>& stop, BuiltSurvey built);
+  void BringIn(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+               const std::function<bool()>& stop, BuiltSurvey* built);
+  std::set<int> Outside(const SurveyState& known, const std::set<int>& taken) const;
+  /// Adds pairs; false where it found none.
   bool MatchReduced(const SurveyState& known, const std::set<int>& taken,
                     std::vector<MatchedPair>* pairs, const std::function<bool()>& stop);
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
@@ -87,6 +97,7 @@ class SurveyMapper {
   std::vector<SurveyView> views_;
   ViewPixels px_;  ///< As detected.
   std::set<PairCandidate> tried_;
+  std::optional<LearnedPairs> learned_;
 };
 
 }  // namespace deepuav

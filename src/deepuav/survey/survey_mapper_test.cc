@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "deepuav/base/error.h"
 #include "deepuav/geometry/alignment.h"
@@ -14,6 +15,23 @@ namespace deepuav {
 namespace {
 
 constexpr double kFocalPx = 450, kHeightM = 40;
+
+/// Finds nothing in some photographs, and counts how often it is asked.
+class BlindMatcher : public Matcher {
+ public:
+  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
+    ++asked;
+    if (blind_to.contains(&a) || blind_to.contains(&b)) return {};
+    return matcher_.MatchFeatures(a, b);
+  }
+  std::string Description() const override { return "blind"; }
+
+  std::set<const Features*> blind_to;
+  int asked = 0;
+
+ private:
+  NearestNeighbourMatcher matcher_{{}};
+};
 
 /// A survey over rolling ground, with a camera that bends straight lines and sways a little.
 class SurveyMapperTest : public ::testing::Test {
@@ -177,6 +195,30 @@ TEST_F(SurveyMapperTest, WhatShowsOtherGroundIsInNoMapOrAnother) {
   EXPECT_EQ(Mapped(outcome), 6);
   EXPECT_FALSE(outcome.places[3].map.valid());
   EXPECT_FALSE(outcome.places[4].map.valid());
+}
+
+TEST_F(SurveyMapperTest, TheLearnedMatcherBringsInWhatStaysOutside) {
+  const std::vector<int> order = InOrder();
+  const std::vector<SurveyView> views = Views(order, camera_);
+  BlindMatcher quick, learned;
+  for (const size_t v : {9, 10, 23}) quick.blind_to.insert(views[v].frame.features.get());
+  const SurveyOutcome without =
+      SurveyMapper(camera_, 0, Exhaustive(), {.quick = &quick}, nullptr).Run(views);
+  EXPECT_EQ(Mapped(without), std::ssize(order) - 3);
+  const SurveyOutcome with =
+      SurveyMapper(camera_, 0, Exhaustive(), {.quick = &quick, .of_outside = &learned}, nullptr)
+          .Run(views);
+  EXPECT_EQ(Mapped(with), std::ssize(order));
+  EXPECT_EQ(with.atlas.Remaining().size(), 1u);
+  EXPECT_LT(PositionError(with, order), 0.05);
+  EXPECT_LE(learned.asked, 3 * std::ssize(order)) << "of pairs that concern the three alone";
+}
+
+TEST_F(SurveyMapperTest, TheLearnedMatcherIsNotAskedWhereAllComeIn) {
+  BlindMatcher learned;
+  SurveyMapper(camera_, 0, Exhaustive(), {.quick = &matcher_, .of_outside = &learned}, nullptr)
+      .Run(Views(InOrder(), camera_));
+  EXPECT_EQ(learned.asked, 0);
 }
 
 TEST_F(SurveyMapperTest, OfNothingThereIsNoMap) {

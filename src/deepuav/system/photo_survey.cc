@@ -139,10 +139,11 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   };
   Matcher* quick = perception.quick_matcher ? perception.quick_matcher : perception.matcher;
   Matcher* learned = perception.matcher_is_learned ? perception.matcher : nullptr;
-  SurveyMapper mapper(
-      camera, focal_sigma, options.survey,
-      {quick, learned, perception.vocabulary, perception.reduced, perception.turned, &turned_file},
-      &clock, {options.patches, options.mapping.model_noise, options.mapping.surface});
+  SurveyMapper mapper(camera, focal_sigma, options.survey,
+                      {quick, learned, perception.vocabulary, perception.reduced, perception.turned,
+                       &turned_file, learned ? learned : perception.learned_matcher},
+                      &clock,
+                      {options.patches, options.mapping.model_noise, options.mapping.surface});
   std::vector<Frame> frames;
   for (const SurveyView& view : views) frames.push_back(view.frame);
   try {

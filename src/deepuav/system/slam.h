@@ -46,6 +46,8 @@ struct Perception {
   bool matcher_is_learned = false;  ///< Then landmarks are created from its matches, too.
   /// Sees photographs of a survey at a part of their size; null: they are not.
   LenslessExtractor* reduced = nullptr;
+  /// Asked for photographs of a survey that `matcher` leaves outside of its map; null: none.
+  Matcher* learned_matcher = nullptr;
 };
 
 /// Tracker, Mapper and LoopCloser wired together. One run an instance.
