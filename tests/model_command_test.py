@@ -122,6 +122,17 @@ class Choice(ModelTest):
         self.assertEqual(summary["options"]["inference.precision"], "fp32")
         self.assertTrue(summary["features"].endswith(" fp32"))
 
+    def test_a_survey_may_ask_superglue_where_nobody_chose_a_matcher(self):
+        dataset, photographs = self.folder / "dataset", self.folder / "photographs"
+        layered_scene.euroc(dataset, 2)
+        shutil.copytree(dataset / "mav0/cam0/data", photographs)
+        own = shutil.copy(MODELS / "superpoint_small.onnx", self.folder / "own.onnx")
+        for arguments, is_there in (([], True), (["--set", "matching.method=nearest"], False), (["--model", own], False)):
+            out = self.folder / f"out{len(arguments)}{is_there}{arguments[-1:] == [own]}"
+            call("run", photographs, "--out", out, "--log-level", "error", "--precision", "fp32", *arguments)
+            models = {model["use"]: model for model in json.loads((out / "summary.json").read_text())["models"]}
+            self.assertEqual("matcher of what is left" in models, is_there, arguments)
+
     def test_own_network(self):
         own = shutil.copy(MODELS / "superpoint_small.onnx", self.folder / "own.onnx")
         config = self.folder / "options.yaml"

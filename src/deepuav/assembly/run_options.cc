@@ -72,11 +72,13 @@ std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistr
     options->inference.Check();
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);
-    options->matcher.was_auto = options->matcher.method == "auto";
-    const bool is_shipped = models.Ships(options->features.model);
-    if (options->matcher.was_auto) options->matcher.method = is_shipped ? best_method : "nearest";
-    const bool may_be_asked = NeedsSuperGlue(*options) || (options->matcher.was_auto && is_shipped);
-    if (may_be_asked && models.HasKind("superglue")) {
+    if (options->matcher.method == "auto") {
+      const bool is_shipped = models.Ships(options->features.model);
+      options->matcher.method = is_shipped ? best_method : "nearest";
+      options->matcher.may_ask_superglue = is_shipped && models.HasKind("superglue");
+    }
+    const bool is_asked = NeedsSuperGlue(*options) || options->matcher.may_ask_superglue;
+    if (is_asked && models.HasKind("superglue")) {
       options->superglue.model = NetworkFile(options->superglue.model, "superglue", "",
                                              options->superglue.Inference(options->inference));
     }
@@ -122,7 +124,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
 }
 
 void Eyes::ProvideLearnedMatcher(const Camera& camera, const RunOptions& options) {
-  if (!options.matcher.was_auto || matcher_is_learned_ || options.superglue.model.empty()) return;
+  if (!options.matcher.may_ask_superglue || matcher_is_learned_) return;
   models_.push_back({"matcher of what is left", ShippedModels().Check(options.superglue.model)});
   learned_matcher_.emplace([camera, options] {
     return std::make_unique<SuperGlueMatcher>(camera.width, camera.height, options.superglue,

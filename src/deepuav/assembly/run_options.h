@@ -25,7 +25,9 @@ namespace deepuav {
 /// Which matcher finds the key points of one image in another without knowing their poses.
 struct MatcherChoice {
   std::string method = "auto";
-  bool was_auto = false;  ///< ReadSettings() put another method in place of it.
+  /// SuperGlue may be asked for what another method leaves: `method` was auto, and the features are
+  /// those that it learned from. Told by ReadSettings().
+  bool may_ask_superglue = false;
 
   void Check() const;
   template <typename Visitor>

@@ -36,8 +36,8 @@ struct RefinedLens {
   bool is_focal_told = true;  ///< Else it is as it was given, and so is its standard deviation.
 };
 
-/// How well the lens is known now; nothing where it is not refined. What nothing tells of a focal
-/// length that is held, or of k1 beside it, is 0.
+/// How well the lens is known now; nothing where it is not refined. A focal length that is held has
+/// the standard deviation that it was given with; what the views don't tell beside it has 0.
 std::optional<RefinedLens> DescribeLens(const Tracks& tracks, const ViewPixels& px,
                                         const SurveyOptions& options, const SurveyState& state);
 
