@@ -156,6 +156,19 @@ TEST_F(SurveyMapperTest, FindsTheLensThatIsFarFromTheGuess) {
   }
 }
 
+TEST_F(SurveyMapperTest, MorePhotographsTellTheFocalLengthThatFewDoNot) {
+  const std::vector<int> order = InOrder();
+  const std::vector<SurveyView> views = Views(order, bent_, 2);
+  SurveyOptions options = Exhaustive();
+  options.trial_views = 3;
+  for (const double ratio : {0.4, 3.0}) {
+    const SurveyOutcome outcome =
+        SurveyMapper(Guess(ratio), 0.1, options, {&matcher_}, nullptr).Run(views);
+    EXPECT_EQ(Mapped(outcome), std::ssize(order)) << ratio;
+    EXPECT_NEAR(outcome.camera.pinhole.fx / kFocalPx, 1, 0.05) << ratio;
+  }
+}
+
 TEST_F(SurveyMapperTest, AnyOrderGivesTheSameMap) {
   std::vector<int> order = InOrder();
   std::reverse(order.begin(), order.end());

@@ -22,6 +22,7 @@ struct SurveyOptions {
   double pair_error_px = 4;     ///< From the epipolar line: the lens is not known yet.
   int weak_pair_matches = 60;   ///< Neighbours with fewer are matched by the learned matcher, too.
   int trial_views = 8;          ///< Photographs by which a start and its focal length are judged.
+  int rival_views = 16;         ///< ...where those don't tell the focal length.
   int trial_pairs = 12;         ///< First pairs that are tried.
   double focal_lead = 1.02;     ///< Support of another focal length over that of the given one.
   double focal_rival_support = 0.9;  ///< Of the best start's, of one whose focal length may be it.
@@ -85,6 +86,9 @@ struct SurveyOptions {
           Between(0, 1000000));
     visit("trial_views", trial_views, "",
           "photographs by which a start and its focal length are judged", Between(3, 1000));
+    visit("rival_views", rival_views, "",
+          "photographs by which they are judged where those don't tell the focal length",
+          Between(3, 1000));
     visit("trial_pairs", trial_pairs, "", "first pairs of photographs that are tried",
           Between(1, 10000));
     visit("focal_lead", focal_lead, "",

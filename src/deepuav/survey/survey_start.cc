@@ -53,11 +53,19 @@ class StartSearch {
   std::optional<Trial> TryPair(const MatchedPair& pair) const {
     std::vector<Trial> trials = TryFocalLengths(pair);
     if (trials.empty()) return std::nullopt;
+    if (!lens_.is_refined || TellFocal(trials)) return Best(trials);
+    // What a few photographs can't tell, more of them may.
+    for (Trial& trial : trials) {
+      trial.growth.Grow(options_.rival_views, taken_, stop_);
+      trial.support = trial.growth.Support();
+      Log().debug("grown to {} views, support {:.0f}: {:.0f} px", trial.growth.state().ViewCount(),
+                  trial.support, trial.growth.state().lens.camera.pinhole.fx);
+    }
     const Trial& best = Best(trials);
-    if (!lens_.is_refined || TellFocal(trials, best.support)) return best;
+    if (TellFocal(trials)) return best;
     SurveyLens held = lens_;
     held.holds_focal = true;
-    const auto trial = TryLens(pair, held);
+    const auto trial = TryLens(pair, held, options_.rival_views);
     const bool is_as_good = trial && trial->support >= options_.held_focal_support * best.support;
     Log().debug("the photographs don't tell the focal length: it is {} at {:.0f} px",
                 is_as_good ? "held" : "not held", lens_.camera.pinhole.fx);
@@ -81,7 +89,7 @@ class StartSearch {
         lens.focal_guess_px = lens.camera.pinhole.fx;
         lens.focal_sigma = std::max(lens.focal_sigma, kOtherFocalSigma);
       }
-      std::optional<Trial> trial = TryLens(pair, lens);
+      std::optional<Trial> trial = TryLens(pair, lens, options_.trial_views);
       if (!trial) continue;
       trial->is_given_focal = is_given;
       trials.push_back(std::move(*trial));
@@ -99,7 +107,9 @@ class StartSearch {
   }
 
   /// Whether those that explain about as much as the best come to about the same.
-  bool TellFocal(const std::vector<Trial>& trials, double best_support) const {
+  bool TellFocal(const std::vector<Trial>& trials) const {
+    double best_support = 0;
+    for (const Trial& trial : trials) best_support = std::max(best_support, trial.support);
     double shortest = std::numeric_limits<double>::infinity(), longest = 0;
     for (const Trial& trial : trials) {
       if (trial.support < options_.focal_rival_support * best_support) continue;
@@ -110,13 +120,13 @@ class StartSearch {
     return longest <= options_.focal_agreement * shortest;
   }
 
-  std::optional<Trial> TryLens(const MatchedPair& pair, const SurveyLens& lens) const {
+  std::optional<Trial> TryLens(const MatchedPair& pair, const SurveyLens& lens, int views) const {
     std::optional<Trial> best;
     const SurveyGrowth empty(&tracks_, &px_, lens, options_);
     for (const SE3& pose : empty.PosesOf(pair)) {
       SurveyGrowth growth = empty;
       if (!growth.Start(pair, pose)) continue;
-      growth.Grow(options_.trial_views, taken_, stop_);
+      growth.Grow(views, taken_, stop_);
       const double support = growth.Support();
       Log().debug(
           "start with photographs {} and {} at {:.0f} px: {} views, support {:.0f}, now "
