@@ -1,5 +1,9 @@
 #include "deepuav/capture/ffmpeg_stream.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
 #include "deepuav/base/error.h"
 #include "deepuav/io/ffmpeg_handles.h"
 #include "deepuav/io/frame_converter.h"
@@ -7,11 +11,20 @@
 namespace deepuav {
 namespace {
 
-/// Images are handed on at once; a session description, a file, leads to the network.
+/// What it sends is of this moment whoever asks. Others, as a server of files, begin with what they
+/// have, whose first images may be all for long that need no earlier one.
+bool IsOfTheMoment(const std::string& address) {
+  constexpr std::string_view kSchemes[] = {"rtsp", "rtsps", "rtp", "srtp", "udp", "srt"};
+  const std::string_view scheme = std::string_view(address).substr(0, address.find("://"));
+  return std::ranges::find(kSchemes, scheme) != std::end(kSchemes) || address.ends_with(".sdp");
+}
+
+/// Images of the moment are handed on at once: what came while the stream was opened is passed
+/// over. A session description, a file, leads to the network.
 AVDictionary* OptionsFor(const std::string& address) {
   AVDictionary* options = nullptr;
   av_dict_set(&options, "rtsp_transport", "tcp", 0);
-  av_dict_set(&options, "fflags", "nobuffer", 0);
+  if (IsOfTheMoment(address)) av_dict_set(&options, "fflags", "nobuffer", 0);
   if (address.ends_with(".sdp")) av_dict_set(&options, "protocol_whitelist", "file,rtp,udp", 0);
   return options;
 }
