@@ -35,6 +35,15 @@ ProgressBar::~ProgressBar() {
   if (terminal_) std::cerr << kClearLine << std::flush;
 }
 
+void ProgressBar::Count(const std::string& what, int done, int total) {
+  if (what != what_ || done == 0) {
+    what_ = what;
+    total_ = std::max(total, 1);
+    running_.Restart();
+  }
+  Advance(done, "");
+}
+
 void ProgressBar::Advance(int done, const std::string& status) {
   const double pause_s = terminal_ ? kRedrawSeconds : kLogSeconds;
   if (since_told_.Seconds() < pause_s && !(terminal_ && done >= total_)) return;

@@ -19,9 +19,12 @@ class ProgressBar {
   /// `status`: a few words on the present state.
   void Advance(int done, const std::string& status);
 
+  /// Begins anew where something else is counted than before, or from 0 again.
+  void Count(const std::string& what, int done, int total);
+
  private:
-  const int total_;
-  const std::string what_;
+  int total_;
+  std::string what_;
   const bool terminal_;
   Stopwatch running_, since_told_;
 };

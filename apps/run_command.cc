@@ -58,10 +58,15 @@ void Run(const RunArguments& arguments) {
   if (view) observer = view->observer();
 #endif
   std::optional<ProgressBar> bar(dataset_run.images());
-  const FinishedRun run = dataset_run.Run({[&bar](FrameId frame, const std::string& state) {
-                                             bar->Advance(static_cast<int>(frame.value) + 1, state);
-                                           },
-                                           [] { return SignalReceived() != 0; }, observer});
+  const FinishedRun run =
+      dataset_run.Run({.progress =
+                           [&bar](FrameId frame, const std::string& state) {
+                             bar->Advance(static_cast<int>(frame.value) + 1, state);
+                           },
+                       .work = [&bar](const std::string& what, int done,
+                                      int total) { bar->Count(what, done, total); },
+                       .stop = [] { return SignalReceived() != 0; },
+                       .observer = observer});
   bar.reset();
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts);

@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 
 from program_under_test import TIMEOUT_S, UnderWay, command, main
-from scene_test_case import SceneTest
+from scene_test_case import FRAMES, SceneTest
 
 HOSTILE = 200
 RESULTS = ("trajectory.txt", "keyframes.txt", "points.ply", "frames.csv", "map.deepuav")
@@ -215,6 +215,33 @@ class ViewTest(SceneTest):
         self.assertGreater(state["memory_mb"], 10)
         self.assertIn("network", state["stages_ms"])
         client.close()
+
+    def test_a_survey_is_watched_while_it_grows(self):
+        photographs, alone, out = (self.scratch / name for name in ("photographs", "survey", "watched-survey"))
+        photographs.mkdir()
+        for number, image in enumerate(sorted((self.scene / "mav0/cam0/data").iterdir())):
+            shutil.copy(image, photographs / f"{number:04}{image.suffix}")
+        run = ("run", photographs, "--log-level", "off", "--out")
+        subprocess.run(command(*run, alone), check=True, capture_output=True)
+        program = self.start(*run, out, "--view")
+        client, status = program.handshake()
+        self.assertEqual(status, 101)
+        pictures, most_keyframes = set(), 0
+        try:
+            while True:
+                kind, header = message(client)
+                if kind == "picture":
+                    pictures.add(header["frame"])
+                if kind == "map":
+                    most_keyframes = max(most_keyframes, header["keyframes"])
+        except OSError:
+            pass  # The run is over.
+        client.close()
+        self.assertEqual(program.process.wait(TIMEOUT_S), 0)
+        self.assertGreater(len(pictures), 1)
+        self.assertGreaterEqual(most_keyframes, FRAMES // 2)
+        for name in RESULTS:
+            self.assertEqual((out / name).read_bytes(), (alone / name).read_bytes(), name)
 
     def test_only_its_page_may_look(self):
         program = self.start("view", self.recorded)

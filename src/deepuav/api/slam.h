@@ -125,8 +125,9 @@ struct DatasetSetup {
   std::string schedule = "threaded";
   std::string use = "auto";             ///< Sensors, as of --use.
   int start = 0, end = -1, stride = 1;  ///< Of the frames; end -1: all.
-  Observer* observer = nullptr;         ///< Null: none. Of photographs that are mapped all at once
-                                        ///< it is told nothing.
+  /// Null: none. Photographs that are mapped all at once have no pose when it is told of them; maps
+  /// and their keyframes follow when they are done.
+  Observer* observer = nullptr;
 };
 
 /// SLAM over a dataset: the same bytes as `deepuav run`. May be called from several threads. Throws

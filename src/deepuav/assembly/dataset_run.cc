@@ -106,9 +106,13 @@ RunFacts DatasetRun::FactsBefore(const Eyes& eyes, const std::optional<LoadedAtl
 
 void DatasetRun::RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& hooks,
                              FinishedRun* run) {
-  SurveyRun survey = RunSurvey(
-      camera, dataset_->Calibration().focal_sigma, options_.system, eyes->perception(), &images_,
-      [&](FrameId frame) { hooks.progress(frame, "features"); }, hooks.stop, sensors_.streams);
+  const SurveyHooks survey_hooks{
+      .progress = [&](FrameId frame) { hooks.progress(frame, "features"); },
+      .work = hooks.work,
+      .stop = hooks.stop,
+      .observer = hooks.observer};
+  SurveyRun survey = RunSurvey(camera, dataset_->Calibration().focal_sigma, options_.system,
+                               eyes->perception(), &images_, survey_hooks, sensors_.streams);
   run->result = std::move(survey.result);
   run->atlas = std::move(survey.outcome.atlas);
   run->camera = std::move(survey.outcome.camera);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "deepuav/assembly/run_output.h"
+#include "deepuav/system/survey_telling.h"
 
 namespace deepuav {
 
@@ -19,8 +20,11 @@ struct FinishedRun {
 /// Who is told of a run while it goes on, and may end it.
 struct RunHooks {
   /// After each frame, in the run's thread, with a word on how it goes.
-  std::function<void(FrameId frame, const std::string& state)> progress;
-  std::function<bool()> stop;  ///< Asked in any thread.
+  std::function<void(FrameId frame, const std::string& state)> progress = {};
+  /// Of photographs that are made a map all at once, after the last of them: so many of all `what`
+  /// (a plural) are done.
+  SurveyTelling::Work work = {};
+  std::function<bool()> stop = {};  ///< Asked in any thread.
   RunObserver* observer = nullptr;
 };
 

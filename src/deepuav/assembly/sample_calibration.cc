@@ -37,7 +37,7 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
   DatasetImages images(dataset, SampleOf(*dataset));
   Eyes eyes(dataset->camera(), options);
   const SurveyRun survey = RunSurvey(dataset->camera(), focal_sigma, options.system,
-                                     eyes.perception(), &images, nullptr, stop);
+                                     eyes.perception(), &images, {.stop = stop});
   const auto located = std::count_if(survey.result.frames.begin(), survey.result.frames.end(),
                                      [](const FrameRecord& frame) { return frame.located(); });
   const auto& lens = survey.outcome.lens;

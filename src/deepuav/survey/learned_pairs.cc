@@ -14,8 +14,9 @@ bool LearnedPairs::Add(const std::set<PairCandidate>& tried, const std::set<int>
   if (!matcher_ || outside.empty()) return false;
   std::map<std::pair<int, int>, size_t> numbers;
   for (size_t i = 0; i < pairs->size(); ++i) numbers[{(*pairs)[i].a, (*pairs)[i].b}] = i;
-  int found = 0;
+  int found = 0, done = 0;
   for (const PairCandidate& candidate : tried) {
+    if (progress_) progress_(done++, static_cast<int>(tried.size()));
     const auto [a, b] = std::pair(candidate.a, candidate.b);
     if (!outside.contains(a) && !outside.contains(b)) continue;
     if (taken.contains(a) || taken.contains(b)) continue;

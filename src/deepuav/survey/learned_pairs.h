@@ -18,6 +18,9 @@ class LearnedPairs {
   LearnedPairs(const std::vector<SurveyView>* views, Matcher* matcher,
                const SurveyOptions& options);
 
+  /// From now on `progress` is told how many of what was tried are done.
+  void Tell(std::function<void(int done, int total)> progress) { progress_ = std::move(progress); }
+
   /// To `pairs`, those of `tried` that concern one in `outside` and none in `taken`, where more
   /// matches agree with one epipolar geometry than there are. False where there is none.
   bool Add(const std::set<PairCandidate>& tried, const std::set<int>& outside,
@@ -32,6 +35,7 @@ class LearnedPairs {
   Matcher* matcher_;
   SurveyOptions options_;
   std::map<std::pair<int, int>, std::vector<Match>> asked_;
+  std::function<void(int, int)> progress_;
 };
 
 }  // namespace deepuav

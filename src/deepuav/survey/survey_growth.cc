@@ -152,6 +152,7 @@ void SurveyGrowth::Grow(int most_views, const std::set<int>& taken,
     } else {
       AdjustAround(next.view, stop);
     }
+    if (watch_) watch_(state_);
   }
 }
 

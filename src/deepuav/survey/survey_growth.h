@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "deepuav/survey/survey_adjustment.h"
@@ -19,6 +20,9 @@ class SurveyGrowth {
   /// The pointers must outlive it.
   SurveyGrowth(const Tracks* tracks, const ViewPixels* px, const SurveyLens& lens,
                const SurveyOptions& options);
+
+  /// From now on `watch` is told of what is known whenever a photograph was added.
+  void Watch(std::function<void(const SurveyState&)> watch) { watch_ = std::move(watch); }
 
   /// The poses that the pair may have, by falling support; none without parallax.
   std::vector<SE3> PosesOf(const MatchedPair& pair) const;
@@ -76,6 +80,7 @@ class SurveyGrowth {
   const ViewPixels* px_;
   SurveyOptions options_;
   SurveyState state_;
+  std::function<void(const SurveyState&)> watch_;
   std::vector<int> failed_at_;  ///< By view: the points it matched when no pose was found.
   int adjusted_views_ = 0;      ///< Of the map when all of it was last adjusted.
 };

@@ -89,8 +89,7 @@ bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& t
        ChooseReducedPairs(views_, outside, eyes_.vocabulary, options_)) {
     if (tried_.insert(pair).second) candidates.push_back(pair);
   }
-  std::vector<MatchedPair> more =
-      PairMatching(&views_, eyes_.quick, eyes_.learned, options_).Match(candidates, stop);
+  std::vector<MatchedPair> more = Matching().Match(candidates, stop);
   Log().debug("{} photographs outside: {} of {} pairs were matched with one of them reduced",
               outside.size(), more.size(), candidates.size());
   for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
@@ -107,8 +106,7 @@ void SurveyMapper::MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPa
     if (matched.contains({pair.a, pair.b})) continue;
     if (tried_.insert(pair).second) candidates.push_back(pair);
   }
-  PairMatching matching(&views_, eyes_.quick, eyes_.learned, options_);
-  std::vector<MatchedPair> more = matching.Match(candidates, stop);
+  std::vector<MatchedPair> more = Matching().Match(candidates, stop);
   Log().debug("{} of {} more pairs that overlap were matched", more.size(), candidates.size());
   for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
 }
@@ -120,8 +118,7 @@ void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<Mat
   Tracks all = JoinMatches(views_, pairs);
   SurveyGrowth growth(&all, &px_, built->state.lens, options_);
   growth.Resume(built->state);
-  growth.Grow(static_cast<int>(views_.size()), taken, stop);
-  growth.Settle(stop);
+  GrowAll(taken, stop, &growth);
   SurveyState grown = growth.state();
   *built = {std::move(all), std::move(grown), px_};
 }
@@ -160,8 +157,7 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
         FindStart(tracks, px_, RankStartPairs(*pairs, px_, taken, camera_.width), lens_, taken,
                   camera_.width, options_, stop);
     if (!growth) return std::nullopt;
-    growth->Grow(static_cast<int>(views_.size()), taken, stop);
-    growth->Settle(stop);
+    GrowAll(taken, stop, &*growth);
     known = growth->state();
   }
   BuiltSurvey built{std::move(tracks), std::move(*known), px_};
@@ -318,6 +314,30 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
   return built;
 }
 
+std::function<void(int, int)> SurveyMapper::Telling(const char* what) const {
+  if (!watch_) return nullptr;
+  return [this, what](int done, int total) { watch_->OnWork(what, done, total); };
+}
+
+PairMatching SurveyMapper::Matching() const {
+  PairMatching matching(&views_, eyes_.quick, eyes_.learned, options_);
+  matching.Tell(Telling("pairs"));
+  return matching;
+}
+
+void SurveyMapper::GrowAll(const std::set<int>& taken, const std::function<bool()>& stop,
+                           SurveyGrowth* growth) const {
+  const auto all = static_cast<int>(views_.size());
+  if (watch_) {
+    growth->Watch([this, all](const SurveyState& state) {
+      watch_->OnWork("photographs in the map", state.ViewCount(), all);
+      watch_->OnGrowth(next_map_, state);
+    });
+  }
+  growth->Grow(all, taken, stop);
+  growth->Settle(stop);
+}
+
 PairJudge SurveyMapper::JudgeOfPairs() const {
   return {views_, px_, {camera_.width, camera_.height}, options_};
 }
@@ -326,6 +346,7 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
   views_ = std::move(views);
   tried_.clear();
   learned_.emplace(&views_, eyes_.of_outside, options_);
+  learned_->Tell(Telling("pairs"));
   SurveyOutcome outcome;
   outcome.camera = camera_;
   outcome.places.resize(views_.size());
@@ -334,7 +355,7 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
     const StageScope stage(stages_, "match pairs");
     const std::vector<PairCandidate> candidates = ChoosePairs(views_, eyes_.vocabulary, options_);
     tried_ = {candidates.begin(), candidates.end()};
-    pairs = PairMatching(&views_, eyes_.quick, eyes_.learned, options_).Match(candidates, stop);
+    pairs = Matching().Match(candidates, stop);
     Log().info("{} of {} pairs of photographs show the same ground", pairs.size(),
                candidates.size());
   }
@@ -342,6 +363,7 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
   std::set<int> taken;
   const bool was_refined = lens_.is_refined;
   while (!(stop && stop() && !taken.empty())) {
+    next_map_ = outcome.atlas.NextMap();
     const std::optional<BuiltSurvey> built = Build(taken, &pairs, stop);
     if (!built) break;
     if (taken.empty()) {

@@ -16,6 +16,7 @@
 #include "deepuav/survey/survey_growth.h"
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/survey_sharpening.h"
+#include "deepuav/survey/survey_watch.h"
 #include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
@@ -55,6 +56,9 @@ class SurveyMapper {
                const SurveyEyes& eyes, StageListener* stages,
                const SurveyMeasuring& measuring = {});
 
+  /// `watch` (may be null) must outlive the survey.
+  void Watch(SurveyWatch* watch) { watch_ = watch; }
+
   /// `stop`, if given, is asked between the steps; what is there then is given. The frames'
   /// features may grow: by what is seen at a part of the photographs' size.
   SurveyOutcome Run(std::vector<SurveyView> views, const std::function<bool()>& stop = nullptr);
@@ -86,12 +90,19 @@ class SurveyMapper {
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                      const std::function<bool()>& stop);
   PairJudge JudgeOfPairs() const;
+  /// Tells whoever watches how many of `what` are done.
+  std::function<void(int done, int total)> Telling(const char* what) const;
+  PairMatching Matching() const;
+  void GrowAll(const std::set<int>& taken, const std::function<bool()>& stop,
+               SurveyGrowth* growth) const;
 
   const Camera camera_;
   const SurveyOptions options_;
   const SurveyEyes eyes_;
   StageListener* stages_;
   const SurveyMeasuring measuring_;
+  SurveyWatch* watch_ = nullptr;
+  MapId next_map_{0};
   SurveyLens lens_;
   bool keeps_distortion_ = false;  ///< Pixels are of the images as taken, for the lens is refined.
   std::vector<SurveyView> views_;

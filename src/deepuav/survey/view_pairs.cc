@@ -105,8 +105,10 @@ PairMatching::PairMatching(const std::vector<SurveyView>* views, Matcher* quick,
 std::vector<MatchedPair> PairMatching::Match(const std::vector<PairCandidate>& candidates,
                                              const std::function<bool()>& stop) {
   std::map<std::pair<int, int>, std::vector<deepuav::Match>> best;
+  int done = 0;
   for (const PairCandidate& candidate : candidates) {
     if (stop && stop()) break;
+    if (progress_) progress_(done++, static_cast<int>(candidates.size()));
     std::vector<deepuav::Match> matches = MatchCandidate(candidate);
     if (matches.empty()) continue;
     std::vector<deepuav::Match>& known = best[{candidate.a, candidate.b}];

@@ -74,6 +74,9 @@ class PairMatching {
   PairMatching(const std::vector<SurveyView>* views, Matcher* quick, Matcher* learned,
                const SurveyOptions& options);
 
+  /// From now on `progress` is told how many of all candidates are done.
+  void Tell(std::function<void(int done, int total)> progress) { progress_ = std::move(progress); }
+
   /// Of several headings of one pair the one with most matches counts. `stop` ends it early.
   std::vector<MatchedPair> Match(const std::vector<PairCandidate>& candidates,
                                  const std::function<bool()>& stop);
@@ -90,6 +93,7 @@ class PairMatching {
   Matcher* quick_;
   Matcher* learned_;
   const SurveyOptions options_;
+  std::function<void(int, int)> progress_;
 };
 
 }  // namespace deepuav

@@ -37,15 +37,7 @@ LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
 }
 
 void BackEnd::TellOfKeyframe(const Keyframe& keyframe, MapId map) const {
-  if (!observer_) return;
-  KeyframeEvent event{keyframe.id, keyframe.frame.id,       keyframe.frame.time,
-                      map,         keyframe.cam_from_world, {}};
-  for (const LandmarkId id : keyframe.landmarks) {
-    const Landmark* landmark = id.valid() ? atlas_->At(map).landmarks().Find(id) : nullptr;
-    if (landmark && landmark->created_by == keyframe.id)
-      event.new_landmarks_world.push_back(landmark->position_world);
-  }
-  observer_->OnKeyframe(std::move(event));
+  if (observer_) observer_->OnKeyframe(EventOf(keyframe, atlas_->At(map)));
 }
 
 void BackEnd::TellOfMap(MapChange change, MapId map, MapId into) const {

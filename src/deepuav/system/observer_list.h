@@ -27,6 +27,9 @@ class ObserverList : public RunObserver {
   void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
     for (RunObserver* observer : observers_) observer->OnGauge(map, revision, gauge);
   }
+  void OnSketch(const MapSketch& sketch) override {
+    for (RunObserver* observer : observers_) observer->OnSketch(sketch);
+  }
   void OnMapState(const Map& map) override {
     for (RunObserver* observer : observers_) observer->OnMapState(map);
   }

@@ -108,11 +108,17 @@ void TellDoubts(const std::vector<Frame>& frames, SurveyRun* run) {
 }  // namespace
 
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
-                    const Perception& perception, ImageSource* images,
-                    const std::function<void(FrameId)>& progress, const std::function<bool()>& stop,
+                    const Perception& perception, ImageSource* images, const SurveyHooks& hooks,
                     const SensorStreams& sensors) {
+  const std::function<bool()>& stop = hooks.stop;
   SurveyRun run;
   StageClock clock;
+  if (RunObserver* const observer = hooks.observer) {
+    clock.Tell([observer](const std::string& stage, double seconds) {
+      observer->OnStage(stage, seconds);
+    });
+  }
+  SurveyTelling telling(hooks.observer, hooks.work);
   ImageStore kept_images(options.survey.images_in_memory);
   TemporaryFile turned_file;
   std::vector<SurveyView> views;
@@ -123,9 +129,10 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
       std::optional<Frame> frame = feed.Next();
       if (!frame) break;
       const FrameId id = frame->id;
+      telling.TellOfPhotograph(*frame);
       views.push_back(
           ViewOf(std::move(*frame), perception.turned, &kept_images, &turned_file, &clock));
-      if (progress) progress(id);
+      if (hooks.progress) hooks.progress(id);
     }
   }
   // What was seen until then is still made a map, for a while.
@@ -144,6 +151,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
                        &turned_file, learned ? learned : perception.learned_matcher},
                       &clock,
                       {options.patches, options.mapping.model_noise, options.mapping.surface});
+  mapper.Watch(&telling);
   std::vector<Frame> frames;
   for (const SurveyView& view : views) frames.push_back(view.frame);
   try {
@@ -166,6 +174,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   } catch (const std::exception& error) {
     if (run.result.failure.empty()) run.result.failure = error.what();
   }
+  telling.TellOfMaps(run.outcome.atlas);
   run.result.stage_durations_s = clock.Durations();
   return run;
 }

@@ -5,8 +5,18 @@
 #include "deepuav/sensors/streams.h"
 #include "deepuav/survey/survey_mapper.h"
 #include "deepuav/system/slam.h"
+#include "deepuav/system/survey_telling.h"
 
 namespace deepuav {
+
+/// Who is told of a survey while it goes on, and may end it.
+struct SurveyHooks {
+  std::function<void(FrameId)> progress = {};  ///< For each photograph once its features are there.
+  SurveyTelling::Work work = {};               ///< What follows, step by step.
+  /// Ends the reading of photographs early, and what follows after options.finish_stopped_s.
+  std::function<bool()> stop = {};
+  RunObserver* observer = nullptr;
+};
 
 /// What a survey leaves behind: as a run, and the maps.
 struct SurveyRun {
@@ -15,13 +25,10 @@ struct SurveyRun {
 };
 
 /// Makes maps of all photographs at once (SurveyMapper). `camera` as the extractor's;
-/// `focal_sigma`: how far its focal length is to be trusted, 0 for a calibrated one. `progress` is
-/// called for each photograph once its features are there; `stop` ends the reading of photographs
-/// early, and what follows after options.finish_stopped_s. Where `sensors` holds position fixes the
-/// maps are then given their place on Earth.
+/// `focal_sigma`: how far its focal length is to be trusted, 0 for a calibrated one. Where
+/// `sensors` holds position fixes the maps are then given their place on Earth.
 SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOptions& options,
                     const Perception& perception, ImageSource* images,
-                    const std::function<void(FrameId)>& progress = nullptr,
-                    const std::function<bool()>& stop = nullptr, const SensorStreams& sensors = {});
+                    const SurveyHooks& hooks = {}, const SensorStreams& sensors = {});
 
 }  // namespace deepuav

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/sensors/geodesy.h"
@@ -81,12 +83,14 @@ class PhotoSurveyTest : public ::testing::Test {
     NearestNeighbourMatcher matcher({});
     NumberedImages images(flight_.size(), kInterval_s);
     return RunSurvey(flight_.camera, focal_sigma, options_, Perception{&extractor, &matcher},
-                     &images, nullptr, nullptr, sensors);
+                     &images, {.work = work_, .observer = observer_}, sensors);
   }
 
   SyntheticFlight flight_;
   SensorStreams sensors_;
   SystemOptions options_;
+  RunObserver* observer_ = nullptr;
+  SurveyTelling::Work work_;
 };
 
 TEST_F(PhotoSurveyTest, FixesGiveTheMapItsPlaceOnEarth) {
@@ -110,6 +114,70 @@ TEST_F(PhotoSurveyTest, FixesToCentimetresTellTheFocalLength) {
   ASSERT_EQ(run.outcome.atlas.GaugeOf(MapId{0}).kind, GaugeKind::kGeoreferenced);
   EXPECT_NEAR(run.outcome.camera.pinhole.fx / true_focal_px, 1, 1.5e-3);
   EXPECT_LT(Error(run), 0.04);
+}
+
+class Watcher : public RunObserver {
+ public:
+  void OnFrame(const FrameRecord& record, const Frame& frame) override {
+    EXPECT_EQ(record.id.value, frames++);
+    EXPECT_EQ(frame.id, record.id);
+    EXPECT_FALSE(record.located());
+    EXPECT_EQ(maps, 0);
+  }
+  void OnKeyframe(KeyframeEvent event) override {
+    ++keyframes;
+    landmarks += std::ssize(event.new_landmarks_world);
+  }
+  void OnMap(const MapEvent& event) override {
+    EXPECT_EQ(event.change, MapChange::kStarted);
+    ++maps;
+  }
+  void OnSketch(const MapSketch& sketch) override {
+    EXPECT_EQ(maps, 0);
+    EXPECT_GE(sketch.cam_from_world.size(), 3u);
+    EXPECT_GT(sketch.points_world.size(), 50u);
+    ++sketches;
+  }
+  void OnGauge(MapId /*map*/, int64_t /*revision*/, const Gauge& told) override { gauge = told; }
+  void OnMapState(const Map& map) override { shown_landmarks += map.LandmarkCount(); }
+  void OnStage(const std::string& /*stage*/, double seconds) override { stages_s += seconds; }
+
+  int64_t frames = 0, keyframes = 0, landmarks = 0, maps = 0, sketches = 0, shown_landmarks = 0;
+  double stages_s = 0;
+  Gauge gauge;
+};
+
+TEST_F(PhotoSurveyTest, IsWatchedAndStaysTheSame) {
+  const SurveyRun plain = Run(sensors_);
+  Watcher watcher;
+  observer_ = &watcher;
+  const SurveyRun watched = Run(sensors_);
+  const Map& map = watched.outcome.atlas.At(MapId{0});
+  ASSERT_EQ(std::ssize(watched.result.frames), std::ssize(plain.result.frames));
+  for (size_t i = 0; i < plain.result.frames.size(); ++i) {
+    EXPECT_EQ(watched.result.frames[i].cam_from_world.Matrix(),
+              plain.result.frames[i].cam_from_world.Matrix());
+  }
+  EXPECT_EQ(watcher.frames, std::ssize(flight_.features));
+  EXPECT_EQ(watcher.maps, 1);
+  EXPECT_EQ(watcher.keyframes, map.KeyframeCount());
+  EXPECT_EQ(watcher.landmarks, map.LandmarkCount());
+  EXPECT_EQ(watcher.shown_landmarks, map.LandmarkCount());
+  EXPECT_GE(watcher.sketches, 1);
+  EXPECT_EQ(watcher.gauge.kind, GaugeKind::kGeoreferenced);
+  EXPECT_GT(watcher.stages_s, 0);
+}
+
+TEST_F(PhotoSurveyTest, TellsHowFarItIs) {
+  std::map<std::string, int> most;
+  work_ = [&](const std::string& what, int done, int total) {
+    EXPECT_LE(done, total);
+    most[what] = std::max(most[what], done);
+  };
+  Run({});
+  const auto all = static_cast<int>(flight_.size());
+  EXPECT_GT(most["pairs"], all);
+  EXPECT_EQ(most["photographs in the map"], all);
 }
 
 TEST_F(PhotoSurveyTest, WithoutFixesTheMapIsFree) {

@@ -35,6 +35,17 @@ struct MapEvent {
   MapId into;  ///< Of kMerged; else `map`.
 };
 
+/// A map of photographs that are made one all at once, while it grows: in a world of its own, which
+/// changes with it.
+struct MapSketch {
+  MapId map;
+  std::vector<SE3> cam_from_world;
+  std::vector<Eigen::Vector3d> points_world;
+};
+
+/// The keyframe as it is now, with the landmarks that were made of it.
+KeyframeEvent EventOf(const Keyframe& keyframe, const Map& map);
+
 /// Is told of a run while it goes on. Calls come from the run's threads, one at a time for each
 /// function but several functions at once; what they do holds the run up, and must not throw.
 /// Nothing that is told can change the run.
@@ -50,6 +61,8 @@ class RunObserver {
   /// What the world of a map means, from this revision of it on (Map::revision): of maps that were
   /// loaded, before the first frame, and of those that another becomes part of.
   virtual void OnGauge(MapId /*map*/, int64_t /*revision*/, const Gauge& /*gauge*/) {}
+  /// Of photographs now and then, in place of keyframes; these follow once the maps are done.
+  virtual void OnSketch(const MapSketch& /*sketch*/) {}
   /// After every keyframe and change, with the map as it is now: to be read during the call only.
   virtual void OnMapState(const Map& /*map*/) {}
   /// A stage ended that took so long.

@@ -35,4 +35,18 @@ MapView ViewOf(const Map& map) {
   return ViewOf(map, KeyframeId{std::numeric_limits<int64_t>::max()});
 }
 
+MapView ViewOf(const MapSketch& sketch) {
+  MapView view;
+  view.map = sketch.map.value;
+  view.landmarks = static_cast<int>(sketch.points_world.size());
+  view.keyframes = static_cast<int>(sketch.cam_from_world.size());
+  const auto every_point = static_cast<size_t>(Every(view.landmarks, kMostPoints));
+  for (size_t i = 0; i < sketch.points_world.size(); i += every_point)
+    view.points.push_back(sketch.points_world[i].cast<float>());
+  const auto every_keyframe = static_cast<size_t>(Every(view.keyframes, kMostKeyframes));
+  for (size_t i = 0; i < sketch.cam_from_world.size(); i += every_keyframe)
+    view.world_from_keyframes.push_back(sketch.cam_from_world[i].Inverse());
+  return view;
+}
+
 }  // namespace deepuav

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "deepuav/map/map.h"
+#include "deepuav/system/run_observer.h"
 #include "deepuav/viewer/view_state.h"
 
 namespace deepuav {
@@ -11,5 +12,6 @@ MapView ViewOf(const Map& map, KeyframeId newest);
 
 /// All of it.
 MapView ViewOf(const Map& map);
+MapView ViewOf(const MapSketch& sketch);
 
 }  // namespace deepuav

@@ -20,6 +20,7 @@ class ViewObserver : public RunObserver {
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
   void OnMap(const MapEvent& event) override;
+  void OnSketch(const MapSketch& sketch) override { model_->SetMap(ViewOf(sketch)); }
   void OnMapState(const Map& map) override;
   void OnStage(const std::string& stage, double seconds) override {
     model_->AddStage(stage, seconds);
