@@ -8,6 +8,7 @@
 #include <set>
 
 #include "deepuav/estimation/usac.h"
+#include "deepuav/survey/torn_ties.h"
 
 namespace deepuav {
 namespace {
@@ -207,6 +208,21 @@ std::vector<int> PairJudge::Doubtful(std::vector<MatchedPair>* pairs,
 std::vector<int> PairJudge::Misplaced(std::vector<MatchedPair>* pairs,
                                       const BuiltSurvey& map) const {
   return Contradicted(1, pairs, map);
+}
+
+std::vector<int> PairJudge::MisplacedTogether(std::vector<MatchedPair>* pairs,
+                                              const BuiltSurvey& map) const {
+  const std::vector<size_t> contradicting = Contradicting(pairs, map);
+  if (contradicting.empty()) return {};
+  std::vector<Tie> ties;
+  for (MatchedPair& pair : *pairs) {
+    if (IsExplained(pair, map)) ties.push_back({pair.a, pair.b, WeightOf(&pair)});
+  }
+  for (const size_t i : contradicting) {
+    MatchedPair& pair = (*pairs)[i];
+    ties.push_back({pair.a, pair.b, -WeightOf(&pair)});
+  }
+  return TornOff(ties, static_cast<int>(map.state.cam_from_world.size()));
 }
 
 void PairJudge::SetHoldingAside(const std::vector<int>& views, const BuiltSurvey& map,

@@ -45,6 +45,8 @@ class PairJudge {
   std::vector<int> Doubtful(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
   /// Views of which these pairs say more than all others.
   std::vector<int> Misplaced(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
+  /// Views that hold one another, as a whole said more against than for by pairs with others.
+  std::vector<int> MisplacedTogether(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
   /// Takes those out of the pairs that hold one of `views` where the map has it.
   void SetHoldingAside(const std::vector<int>& views, const BuiltSurvey& map,
                        std::vector<MatchedPair>* pairs, std::vector<MatchedPair>* holding) const;

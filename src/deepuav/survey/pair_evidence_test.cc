@@ -153,8 +153,17 @@ TEST_F(AlikeRoofs, DoNotPutPhotographsOnTopOfOneAnother) {
   EXPECT_TRUE(outcome.doubtful.empty());
 }
 
+TEST_F(AlikeRoofs, APartOfTheLineThatTheyHoldElsewhereIsPlacedAgain) {
+  options_.suspect_coverage = 0;  // nothing is set aside for being matched in parts
+  const SurveyOutcome outcome = Run(options_);
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  EXPECT_LT(Farthest(outcome), 0.5);
+  EXPECT_TRUE(outcome.doubtful.empty());
+}
+
 TEST_F(AlikeRoofs, ThatStayOnTopOfOneAnotherAreCalledDoubtful) {
   options_.suspect_coverage = 0;
+  options_.evidence.coverage_power = 0;  // what matches much counts much, over however little
   const SurveyOutcome outcome = Run(options_);
   ASSERT_FALSE(outcome.atlas.Remaining().empty());
   EXPECT_GT(Farthest(outcome), 10);

@@ -71,6 +71,9 @@ class SurveyMapper {
                                      const std::function<bool()>& stop);
   bool Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
             const std::function<bool()>& stop, BuiltSurvey* built);
+  bool PlaceElsewhere(std::vector<int> misplaced, const std::set<int>& taken,
+                      std::vector<MatchedPair>* pairs, const std::function<bool()>& stop,
+                      BuiltSurvey* built);
   void PlaceAgain(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                   const std::function<bool()>& stop, BuiltSurvey* built);
   void ResolveContradictions(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
