@@ -131,6 +131,19 @@ class LibraryTest(unittest.TestCase):
                 else:
                     self.assertEqual(frames, 1)
 
+    def test_a_survey_is_watched_too(self):
+        photographs, out = self.scratch / "photographs", self.scratch / "survey"
+        photographs.mkdir()
+        for number, image in enumerate(sorted((self.scene / "mav0/cam0/data").iterdir())):
+            shutil.copy(image, photographs / f"{number:04}{image.suffix}")
+        text = self.call_consumer("default", "consumer", "survey", photographs, out)
+        frames, keyframes, maps, landmarks, dropped = [int(number) for number in text.split()]
+        self.assert_same(self.run_program(photographs), out)
+        self.assertEqual((frames, dropped), (FRAMES, 0))
+        poses = [line for line in (out / "keyframes.txt").read_text().splitlines() if not line.startswith("#")]
+        self.assertGreaterEqual(keyframes, len(poses))
+        self.assertGreater(min(maps, landmarks), 0)
+
     def test_inertial_samples_may_come_with_the_images(self):
         expected = self.run_program(self.inertial)
         with self.assertRaises(AssertionError):  # so that the samples are known to matter

@@ -1,5 +1,6 @@
 // What tests/library_test.py asks of the installed library, from a program of its own:
 //   consumer run SEQUENCE OUT SCHEDULE none|slow|throwing    prints "frames keyframes maps dropped"
+//   consumer survey PHOTOGRAPHS OUT                          the same
 //   consumer match A B                                       prints the matches
 //   consumer misuse SEQUENCE MAP                             exits with 0 where all is refused as
 //   it should
@@ -117,6 +118,18 @@ int Run(const std::string& sequence, const std::string& out, const std::string& 
   return result.Failure().empty() ? 0 : 1;
 }
 
+int Survey(const std::string& photographs, const std::string& out) {
+  Watcher watcher("slow");
+  api::DatasetSetup setup;
+  setup.dataset = photographs;
+  setup.observer = &watcher;
+  const api::Result result = api::Run(setup);
+  result.Write(out);
+  std::cout << watcher.frames << " " << watcher.keyframes << " " << watcher.maps << " "
+            << watcher.landmarks << " " << watcher.dropped << "\n";
+  return result.Failure().empty() ? 0 : 1;
+}
+
 int Match(const std::string& a, const std::string& b) {
   api::Matcher matcher;
   const cv::Mat image_a = cv::imread(a, cv::IMREAD_COLOR), image_b = cv::imread(b);
@@ -184,6 +197,7 @@ int Misuse(const std::string& sequence, const std::string& map_file) {
 int main(int argc, char** argv) try {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.at(0) == "run") return Run(words.at(1), words.at(2), words.at(3), words.at(4));
+  if (words.at(0) == "survey") return Survey(words.at(1), words.at(2));
   if (words.at(0) == "match") return Match(words.at(1), words.at(2));
   return Misuse(words.at(1), words.at(2));
 } catch (const std::exception& error) {

@@ -17,7 +17,7 @@ namespace deepuav::api {
 class EventQueue : public ::deepuav::RunObserver {
  public:
   /// `observer` must outlive it. `capacity`: events that wait at most; then the oldest is dropped.
-  explicit EventQueue(Observer* observer, size_t capacity = 256);
+  EventQueue(Observer* observer, size_t capacity);
   /// Returns once those that wait were told.
   ~EventQueue() override;
 

@@ -42,10 +42,12 @@ std::vector<std::int64_t> Ids(const Recorder& recorder) {
   return ids;
 }
 
+constexpr size_t kPlenty = 256;
+
 TEST(EventQueue, TellsAllInOrderBeforeItEnds) {
   Recorder recorder;
   {
-    EventQueue queue(&recorder);
+    EventQueue queue(&recorder, kPlenty);
     for (int64_t id : {0, 1, 2}) queue.OnFrame(RecordOf(id), {});
     queue.OnMap({::deepuav::MapChange::kMerged, MapId{1}, MapId{0}});
   }
@@ -79,7 +81,7 @@ TEST(EventQueue, AnObserverThatThrowsIsToldNothingMore) {
   Recorder recorder;
   recorder.throws = true;
   {
-    EventQueue queue(&recorder);
+    EventQueue queue(&recorder, kPlenty);
     for (int64_t id : {0, 1}) queue.OnFrame(RecordOf(id), {});
   }
   EXPECT_THAT(Ids(recorder), ElementsAre(0));

@@ -37,8 +37,10 @@ PushRequest RequestOf(const Camera& camera, const RunSetup& setup) {
   return request;
 }
 
-std::unique_ptr<EventQueue> QueueFor(Observer* observer) {
-  return observer ? std::make_unique<EventQueue>(observer) : nullptr;
+/// `burst`: so many things may happen at once besides.
+std::unique_ptr<EventQueue> QueueFor(Observer* observer, size_t burst = 0) {
+  constexpr size_t kWaiting = 256;
+  return observer ? std::make_unique<EventQueue>(observer, kWaiting + burst) : nullptr;
 }
 
 }  // namespace
@@ -160,7 +162,9 @@ Result Run(const DatasetSetup& setup, const Options& options) {
                     setup.use,
                     {setup.start, setup.end, setup.stride}},
                    Access::Settings(options));
-    const std::unique_ptr<EventQueue> events = QueueFor(setup.observer);
+    // The keyframes of a survey are all told in the end.
+    const auto events =
+        QueueFor(setup.observer, run.IsSurvey() ? static_cast<size_t>(run.images()) : 0);
     RunHooks hooks;
     hooks.observer = events.get();
     auto data = std::make_unique<Result::Data>();

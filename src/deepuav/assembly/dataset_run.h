@@ -35,6 +35,9 @@ class DatasetRun {
   ~DatasetRun();
 
   int images() const { return images_.count(); }
+  /// Photographs are mapped all at once, unless they are to be found in maps that are there or
+  /// there are too many.
+  bool IsSurvey() const;
   /// Of the images as they are worked on, before the images themselves told more of it.
   const Camera& camera() const { return dataset_->camera(); }
 
@@ -44,9 +47,6 @@ class DatasetRun {
 
  private:
   RunFacts FactsBefore(const Eyes& eyes, const std::optional<LoadedAtlas>& loaded) const;
-  /// Photographs are mapped all at once, unless they are to be found in maps that are there or
-  /// there are too many.
-  bool IsSurvey() const;
   void RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& hooks, FinishedRun* run);
   void RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
                   const RunHooks& hooks, FinishedRun* run);

@@ -12,13 +12,14 @@ namespace deepuav {
 bool SurveyMapper::PlaceElsewhere(std::vector<int> misplaced, const std::set<int>& taken,
                                   std::vector<MatchedPair>* pairs,
                                   const std::function<bool()>& stop, BuiltSurvey* built) {
+  if (misplaced.empty()) return false;
   constexpr int kMostSteps = 3;
   const PairJudge judge = JudgeOfPairs();
   const double before = judge.Agreement(pairs, *built);
   double now = before;
   std::vector<MatchedPair> others = *pairs, holding;
   BuiltSurvey again = *built;
-  bool is_settled = misplaced.empty();
+  bool is_settled = false;
   for (int step = 0; step < kMostSteps && now <= before && !is_settled; ++step) {
     judge.SetHoldingAside(misplaced, again, &others, &holding);
     for (const int view : misplaced) again.state.cam_from_world[static_cast<size_t>(view)].reset();
