@@ -1,5 +1,6 @@
 """A sequence that SLAM can follow, drawn with nothing but the standard library: patterned cards at several depths."""
 import random
+import shutil
 import struct
 import zlib
 
@@ -25,6 +26,14 @@ def euroc(folder, frames, seed=1):
         f"resolution: [{WIDTH}, {HEIGHT}]\ncamera_model: pinhole\n"
         f"intrinsics: [{FOCAL_PX}, {FOCAL_PX}, {(WIDTH - 1) / 2}, {(HEIGHT - 1) / 2}]\n"
         "distortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n")
+    return folder
+
+
+def photographs(scene, folder):
+    """The images of a sequence as a folder of photographs that know nothing of one another; its path."""
+    folder.mkdir(parents=True)
+    for number, image in enumerate(sorted((scene / "mav0/cam0/data").iterdir())):
+        shutil.copy(image, folder / f"{number:04}{image.suffix}")
     return folder
 
 

@@ -132,10 +132,7 @@ class LibraryTest(unittest.TestCase):
                     self.assertEqual(frames, 1)
 
     def test_a_survey_is_watched_too(self):
-        photographs, out = self.scratch / "photographs", self.scratch / "survey"
-        photographs.mkdir()
-        for number, image in enumerate(sorted((self.scene / "mav0/cam0/data").iterdir())):
-            shutil.copy(image, photographs / f"{number:04}{image.suffix}")
+        photographs, out = layered_scene.photographs(self.scene, self.scratch / "photographs"), self.scratch / "survey"
         text = self.call_consumer("default", "consumer", "survey", photographs, out)
         frames, keyframes, maps, landmarks, dropped = [int(number) for number in text.split()]
         self.assert_same(self.run_program(photographs), out)

@@ -20,6 +20,7 @@ import threading
 import time
 from pathlib import Path
 
+import layered_scene
 from program_under_test import TIMEOUT_S, UnderWay, command, main
 from scene_test_case import FRAMES, SceneTest
 
@@ -217,10 +218,8 @@ class ViewTest(SceneTest):
         client.close()
 
     def test_a_survey_is_watched_while_it_grows(self):
-        photographs, alone, out = (self.scratch / name for name in ("photographs", "survey", "watched-survey"))
-        photographs.mkdir()
-        for number, image in enumerate(sorted((self.scene / "mav0/cam0/data").iterdir())):
-            shutil.copy(image, photographs / f"{number:04}{image.suffix}")
+        photographs = layered_scene.photographs(self.scene, self.scratch / "photographs")
+        alone, out = self.scratch / "survey", self.scratch / "watched-survey"
         run = ("run", photographs, "--log-level", "off", "--out")
         subprocess.run(command(*run, alone), check=True, capture_output=True)
         program = self.start(*run, out, "--view")
