@@ -8,7 +8,6 @@
 #include <set>
 
 #include "deepuav/estimation/usac.h"
-#include "deepuav/survey/torn_ties.h"
 
 namespace deepuav {
 namespace {
@@ -191,12 +190,21 @@ double PairJudge::WeightOf(MatchedPair* pair) const {
          std::pow(CoverageOf(pair), options_.evidence.coverage_power);
 }
 
+std::vector<Tie> PairJudge::TiesIn(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const {
+  std::vector<Tie> ties;
+  for (MatchedPair& pair : *pairs) {
+    if (IsExplained(pair, map)) ties.push_back({pair.a, pair.b, WeightOf(&pair)});
+  }
+  for (const size_t i : Contradicting(pairs, map)) {
+    MatchedPair& pair = (*pairs)[i];
+    ties.push_back({pair.a, pair.b, -WeightOf(&pair)});
+  }
+  return ties;
+}
+
 double PairJudge::Agreement(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const {
   double agreement = 0;
-  for (MatchedPair& pair : *pairs) {
-    if (IsExplained(pair, map)) agreement += WeightOf(&pair);
-  }
-  for (const size_t i : Contradicting(pairs, map)) agreement -= WeightOf(&(*pairs)[i]);
+  for (const Tie& tie : TiesIn(pairs, map)) agreement += tie.weight;
   return agreement;
 }
 
@@ -212,17 +220,7 @@ std::vector<int> PairJudge::Misplaced(std::vector<MatchedPair>* pairs,
 
 std::vector<int> PairJudge::MisplacedTogether(std::vector<MatchedPair>* pairs,
                                               const BuiltSurvey& map) const {
-  const std::vector<size_t> contradicting = Contradicting(pairs, map);
-  if (contradicting.empty()) return {};
-  std::vector<Tie> ties;
-  for (MatchedPair& pair : *pairs) {
-    if (IsExplained(pair, map)) ties.push_back({pair.a, pair.b, WeightOf(&pair)});
-  }
-  for (const size_t i : contradicting) {
-    MatchedPair& pair = (*pairs)[i];
-    ties.push_back({pair.a, pair.b, -WeightOf(&pair)});
-  }
-  return TornOff(ties, static_cast<int>(map.state.cam_from_world.size()));
+  return TornOff(TiesIn(pairs, map), static_cast<int>(map.state.cam_from_world.size()));
 }
 
 void PairJudge::SetHoldingAside(const std::vector<int>& views, const BuiltSurvey& map,
@@ -240,20 +238,16 @@ void PairJudge::SetHoldingAside(const std::vector<int>& views, const BuiltSurvey
 /// Against which more is said than `ratio` of what is said for them.
 std::vector<int> PairJudge::Contradicted(double ratio, std::vector<MatchedPair>* pairs,
                                          const BuiltSurvey& map) const {
-  const std::vector<size_t> contradicting = Contradicting(pairs, map);
-  if (contradicting.empty()) return {};
   struct Said {
     double for_it = 0, against_it = 0;
   };
   std::vector<Said> of_view(map.state.cam_from_world.size());
-  const auto add = [&](MatchedPair* pair, double Said::*side) {
-    for (const int view : {pair->a, pair->b})
-      of_view[static_cast<size_t>(view)].*side += WeightOf(pair);
-  };
-  for (MatchedPair& pair : *pairs) {
-    if (IsExplained(pair, map)) add(&pair, &Said::for_it);
+  for (const Tie& tie : TiesIn(pairs, map)) {
+    for (const int view : {tie.a, tie.b}) {
+      Said& said = of_view[static_cast<size_t>(view)];
+      (tie.weight < 0 ? said.against_it : said.for_it) += std::abs(tie.weight);
+    }
   }
-  for (const size_t i : contradicting) add(&(*pairs)[i], &Said::against_it);
   std::vector<int> contradicted;
   for (size_t v = 0; v < of_view.size(); ++v) {
     if (of_view[v].against_it > ratio * of_view[v].for_it)

@@ -6,6 +6,7 @@
 
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/survey_state.h"
+#include "deepuav/survey/torn_ties.h"
 #include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
@@ -59,6 +60,8 @@ class PairJudge {
                         const SurveyState& state) const;
   double CoverageOf(MatchedPair* pair) const;
   double WeightOf(MatchedPair* pair) const;
+  /// What the pairs say that the map explains, then, negative, those that contradict it.
+  std::vector<Tie> TiesIn(std::vector<MatchedPair>* pairs, const BuiltSurvey& map) const;
   std::vector<int> Contradicted(double ratio, std::vector<MatchedPair>* pairs,
                                 const BuiltSurvey& map) const;
 
