@@ -103,7 +103,8 @@ void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string
 
 std::vector<PixelPair> Initialiser::PairsOf(const Frame& a, const Frame& b,
                                             const std::vector<Match>& matches) const {
-  return MeasurePairs(a, b, matches, camera_, patches_, options_.two_view.min_sigma_px);
+  return MeasurePairs(a, b, matches, camera_, patches_,
+                      {options_.two_view.min_sigma_px, options_.turn_sigma_rad_s});
 }
 
 /// A pair gives way to another alone: frames that match nothing may be a burst of blur, which it

@@ -38,6 +38,8 @@ struct InitialiserOptions {
   double min_lead = 1.15;  ///< Mean squared error of the second best solution over the best's.
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
+  double turn_sigma_rad_s = 0.5;  ///< Of how a camera with a rolling shutter turns while it reads
+                                  ///< an image, where no gyroscope tells.
   /// A drone that looks ahead sees most things too far away for any parallax: points whose distance
   /// is known decide, not the median.
   TwoViewOptions two_view{.min_parallax_deg = 0,
@@ -80,6 +82,10 @@ struct InitialiserOptions {
           Between(1, 100));
     visit("third_parallax_ratio", third_parallax_ratio, "",
           "least baseline of the third view over that of the first two", Between(0, 100));
+    visit("turn_sigma_rad_s", turn_sigma_rad_s, "rad/s",
+          "standard deviation of how a camera with a rolling shutter turns while it reads an "
+          "image, where no gyroscope tells",
+          Between(0, 100));
     visit.Part("two_view", two_view);
     visit.Part("absolute_pose", absolute_pose);
   }

@@ -1,6 +1,7 @@
 #include "deepuav/tracking/pair_measurement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -32,6 +33,31 @@ void Measure(const Frame& a, const Keypoint& in_a, const Frame& b, const Keypoin
   pair->noise_ratio = std::min(1.0, sigma_px / detected_sigma_px);
 }
 
+void MeasureAll(const Frame& a, const Frame& b, const std::vector<Match>& matches,
+                const Camera& camera, const PatchOptions& options, double detected_sigma_px,
+                std::vector<PixelPair>* pairs) {
+  std::vector<PointPair> in_images;
+  in_images.reserve(matches.size());
+  for (const Match& match : matches) {
+    in_images.push_back({KeypointOf(a, match.a).image_px.cast<double>(),
+                         KeypointOf(b, match.b).image_px.cast<double>()});
+  }
+  const auto warps = LocalWarps(in_images);
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!warps[i]) continue;
+    Measure(a, KeypointOf(a, matches[i].a), b, KeypointOf(b, matches[i].b), *warps[i], camera,
+            options, detected_sigma_px, &(*pairs)[i]);
+  }
+}
+
+/// A turn that is not known moves the ends of an image against its middle.
+double UnknownTurnPx(const Frame& frame, int keypoint, const Camera& camera,
+                     double turn_sigma_rad_s) {
+  if (frame.turn_is_measured) return 0;
+  const double moment = RowMoment(KeypointOf(frame, keypoint).image_px.y(), camera.height);
+  return turn_sigma_rad_s * camera.readout_s * std::abs(moment) * camera.pinhole.fx;
+}
+
 }  // namespace
 
 std::vector<PixelPair> DetectedPairs(const Frame& a, const Frame& b,
@@ -47,20 +73,18 @@ std::vector<PixelPair> DetectedPairs(const Frame& a, const Frame& b,
 
 std::vector<PixelPair> MeasurePairs(const Frame& a, const Frame& b,
                                     const std::vector<Match>& matches, const Camera& camera,
-                                    const PatchOptions& options, double detected_sigma_px) {
+                                    const PatchOptions& options, const PairNoise& noise) {
   std::vector<PixelPair> pairs = DetectedPairs(a, b, matches);
-  if (!options.enabled || !a.image || !b.image) return pairs;
-  std::vector<PointPair> in_images;
-  in_images.reserve(matches.size());
-  for (const Match& match : matches) {
-    in_images.push_back({KeypointOf(a, match.a).image_px.cast<double>(),
-                         KeypointOf(b, match.b).image_px.cast<double>()});
-  }
-  const auto warps = LocalWarps(in_images);
+  if (options.enabled && a.image && b.image)
+    MeasureAll(a, b, matches, camera, options, noise.detected_sigma_px, &pairs);
+  if (camera.readout_s == 0) return pairs;
   for (size_t i = 0; i < matches.size(); ++i) {
-    if (!warps[i]) continue;
-    Measure(a, KeypointOf(a, matches[i].a), b, KeypointOf(b, matches[i].b), *warps[i], camera,
-            options, detected_sigma_px, &pairs[i]);
+    // The noise is that of one pixel relative to the other, half of it either's.
+    const double unknown_px =
+        std::hypot(UnknownTurnPx(a, matches[i].a, camera, noise.turn_sigma_rad_s),
+                   UnknownTurnPx(b, matches[i].b, camera, noise.turn_sigma_rad_s)) /
+        std::numbers::sqrt2;
+    pairs[i].noise_ratio = std::hypot(pairs[i].noise_ratio, unknown_px / noise.detected_sigma_px);
   }
   return pairs;
 }

@@ -14,12 +14,18 @@ namespace deepuav {
 std::vector<PixelPair> DetectedPairs(const Frame& a, const Frame& b,
                                      const std::vector<Match>& matches);
 
+struct PairNoise {
+  double detected_sigma_px = 0.3;  ///< Of the detector's pixels.
+  /// Of how the camera turned while a rolling shutter read either image, where no gyroscope
+  /// measured it: what rows far from the middle show is off by it.
+  double turn_sigma_rad_s = 0;
+};
+
 /// Where `b` shows what `a` shows at its key points, one pair a match: by patches, warped as the
 /// matches around change from one frame to the other, as no pose is known. A match whose patches do
 /// not tell, and all of frames whose images are not kept, stay where the detector saw them.
-/// `detected_sigma_px`: what the detector's pixels are good to.
 std::vector<PixelPair> MeasurePairs(const Frame& a, const Frame& b,
                                     const std::vector<Match>& matches, const Camera& camera,
-                                    const PatchOptions& options, double detected_sigma_px);
+                                    const PatchOptions& options, const PairNoise& noise);
 
 }  // namespace deepuav

@@ -8,6 +8,7 @@
 
 #include "deepuav/base/random.h"
 #include "deepuav/map/frame_motion.h"
+#include "support/options_with.h"
 #include "support/textured_plane.h"
 
 namespace deepuav {
@@ -49,7 +50,7 @@ class MeasurePairsTest : public ::testing::Test {
   }
 
   std::vector<PixelPair> Measured(const PatchOptions& options = {}) const {
-    return MeasurePairs(a_, b_, matches_, camera_, options, kDetectorSigmaPx);
+    return MeasurePairs(a_, b_, matches_, camera_, options, {kDetectorSigmaPx, turn_sigma_rad_s_});
   }
 
   /// How far b's pixel is from what shows there where a's pixel shows it.
@@ -64,8 +65,9 @@ class MeasurePairsTest : public ::testing::Test {
     return std::sqrt(squared / static_cast<double>(pairs.size()));
   }
 
-  const Camera camera_{
-      320, 240, {300, 310, 160, 120}, LensModel::kRadialTangential, {-0.1, 0.02, 0, 0}, 0};
+  Camera camera_{320, 240, {300, 310, 160, 120}, LensModel::kRadialTangential, {-0.1, 0.02, 0, 0},
+                 0};
+  double turn_sigma_rad_s_ = 0;
   const SE3 b_from_a_{RotationExp({0.02, -0.03, 0.1}), {-0.15, 0.05, -0.2}};
   const TexturedPlane world_;
   Random random_{3};
@@ -94,6 +96,35 @@ TEST_F(MeasurePairsTest, AreAsTheMiddleRowSeesThem) {
   a_ = View(SE3(), motion_a);
   b_ = View(b_from_a_, motion_b);
   EXPECT_LT(RmsPx(Measured()), 0.3 * RmsPx(DetectedPairs(a_, b_, matches_)));
+}
+
+TEST_F(MeasurePairsTest, AreNoBetterThanTheTurnIsKnown) {
+  const std::vector<PixelPair> known = Measured();
+  turn_sigma_rad_s_ = 0.5;
+  EXPECT_EQ(Measured()[0].noise_ratio, known[0].noise_ratio) << "all rows are read at once";
+  camera_.readout_s = 0.02;
+  // The middle row stays where it is; the first and the last are a whole turn apart.
+  for (const auto& options : {PatchOptions{}, OptionsWith(&PatchOptions::enabled, false)}) {
+    turn_sigma_rad_s_ = 0;
+    const std::vector<PixelPair> steady = Measured(options);
+    turn_sigma_rad_s_ = 0.5;
+    const std::vector<PixelPair> shaking = Measured(options);
+    for (size_t i = 0; i < matches_.size(); ++i) {
+      const auto far_px = [&](const Frame& frame) {
+        const double row = frame.features->keypoints[i].image_px.y();
+        return 0.5 * 0.02 * camera_.pinhole.fx * std::abs(row / 239 - 0.5);
+      };
+      const double unknown_px = std::hypot(far_px(a_), far_px(b_)) / std::sqrt(2.0);
+      EXPECT_NEAR(shaking[i].noise_ratio,
+                  std::hypot(steady[i].noise_ratio, unknown_px / kDetectorSigmaPx), 1e-4);
+      EXPECT_EQ(shaking[i].b_px, steady[i].b_px);
+    }
+  }
+  const std::vector<PixelPair> steady = Measured();
+  a_.turn_is_measured = b_.turn_is_measured = true;
+  turn_sigma_rad_s_ = 5;
+  EXPECT_EQ(Measured()[0].noise_ratio, known[0].noise_ratio) << "a gyroscope told both";
+  EXPECT_GT(steady[0].noise_ratio, known[0].noise_ratio);
 }
 
 TEST_F(MeasurePairsTest, StayAsDetectedWherePatchesDoNotAgree) {
