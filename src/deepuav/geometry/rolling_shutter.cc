@@ -51,4 +51,17 @@ std::optional<Eigen::Vector2d> DistortInRow(const Camera& camera, const Eigen::V
   return image_px;
 }
 
+std::optional<Eigen::Vector2d> ForOtherMotion(const Camera& camera, const Eigen::Vector2d& px,
+                                              const ReadoutMotion& known,
+                                              const ReadoutMotion& motion, double inverse_depth) {
+  const auto image_px = DistortInRow(camera, px, known, inverse_depth);
+  if (!image_px) return std::nullopt;
+  const double moment = RowMoment(image_px->y(), camera.height);
+  const Eigen::Vector2d in_row = FromMiddleRow(camera.pinhole, px, moment, known, inverse_depth);
+  const Eigen::Vector3d travel = moment * inverse_depth * motion.travel;
+  const Eigen::Vector3d ray = RotationExp(motion.TurnAt(moment)) * camera.pinhole.Unproject(in_row);
+  // As long as the depth that the middle row sees.
+  return camera.pinhole.Project((1 - travel.z()) / ray.z() * ray + travel);
+}
+
 }  // namespace deepuav

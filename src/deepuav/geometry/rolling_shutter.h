@@ -45,4 +45,11 @@ Eigen::Vector2d FromMiddleRow(const Pinhole& pinhole, const Eigen::Vector2d& px,
 std::optional<Eigen::Vector2d> DistortInRow(const Camera& camera, const Eigen::Vector2d& px,
                                             const ReadoutMotion& motion, double inverse_depth = 0);
 
+/// Where the middle row would have seen what was corrected for another motion so far, at a depth
+/// seen from the middle row; nothing outside the lens's range.
+std::optional<Eigen::Vector2d> ForOtherMotion(const Camera& camera, const Eigen::Vector2d& px,
+                                              const ReadoutMotion& known,
+                                              const ReadoutMotion& motion,
+                                              double inverse_depth = 0);
+
 }  // namespace deepuav

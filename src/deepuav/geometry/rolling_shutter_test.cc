@@ -75,6 +75,23 @@ TEST(RollingShutter, AnImageShowsAPointInTheRowThatWasReadThen) {
   EXPECT_FALSE(DistortInRow(camera, {1e6, 0}, kMotion, 0.1));
 }
 
+TEST(RollingShutter, WhatWasCorrectedForOneMotionIsForAnother) {
+  const Camera camera = WideCamera();
+  const ReadoutMotion known{{-0.01, 0.02, 0.01}, {0.05, 0.1, 0}, {0, 0.01, 0}};
+  constexpr double kInverseDepth = 0.2;
+  for (const Eigen::Vector2d& px : {Eigen::Vector2d(40, 30), {320, 400}, {600, 240}}) {
+    const auto image_px = DistortInRow(camera, px, known, kInverseDepth);
+    ASSERT_TRUE(image_px);
+    const auto other = ForOtherMotion(camera, px, known, kMotion, kInverseDepth);
+    ASSERT_TRUE(other);
+    // It is the same place of the image.
+    EXPECT_LT((*DistortInRow(camera, *other, kMotion, kInverseDepth) - *image_px).norm(), 1e-3);
+    EXPECT_LT((*ForOtherMotion(camera, *other, kMotion, known, kInverseDepth) - px).norm(), 1e-3);
+    EXPECT_LT((*ForOtherMotion(camera, px, known, known, kInverseDepth) - px).norm(), 1e-9);
+  }
+  EXPECT_FALSE(ForOtherMotion(camera, {1e6, 0}, known, kMotion, kInverseDepth));
+}
+
 TEST(RollingShutter, MotionFollowsFromTwoPoses) {
   constexpr double kReadoutS = 0.02, kBetweenS = 0.1;
   const SE3 before_from_world(RotationExp({0.3, 0.1, -0.2}), Eigen::Vector3d(1, 2, 3));

@@ -16,16 +16,20 @@ Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera)
   return frame;
 }
 
-Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_from_world,
-               double between_s, const Camera& camera) {
-  if (camera.readout_s == 0) return frame;
-  ReadoutMotion motion =
-      MotionInReadout(other_from_world, cam_from_world, between_s, camera.readout_s);
+ReadoutMotion KeepingMeasuredTurn(const Frame& frame, ReadoutMotion motion) {
   if (frame.turn_is_measured) {
     motion.turn_rad = frame.motion.turn_rad;
     motion.bend_rad = frame.motion.bend_rad;
   }
-  return WithMotion(frame, motion, camera);
+  return motion;
+}
+
+Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_from_world,
+               double between_s, const Camera& camera) {
+  if (camera.readout_s == 0) return frame;
+  const ReadoutMotion motion =
+      MotionInReadout(other_from_world, cam_from_world, between_s, camera.readout_s);
+  return WithMotion(frame, KeepingMeasuredTurn(frame, motion), camera);
 }
 
 }  // namespace deepuav

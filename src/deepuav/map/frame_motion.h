@@ -9,7 +9,10 @@ namespace deepuav {
 /// for what they were corrected for.
 Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera);
 
-/// The same for a camera that moved on as since (or until) another view, `between_s` earlier; a
+/// The motion but for a turn that a gyroscope measured, which stays.
+ReadoutMotion KeepingMeasuredTurn(const Frame& frame, ReadoutMotion motion);
+
+/// WithMotion for a camera that moved on as since (or until) another view, `between_s` earlier; a
 /// turn that a gyroscope measured stays. The frame as it is where the camera reads all rows at
 /// once.
 Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_from_world,

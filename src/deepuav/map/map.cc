@@ -299,6 +299,17 @@ AnchoredPose Map::OnRemaining(const AnchoredPose& pose) const {
   return anchored;
 }
 
+double Map::GrowthSince(const AnchoredPose& pose) const {
+  double growth = 1, scale_then = pose.keyframe_scale;
+  KeyframeId id = pose.keyframe;
+  for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id)) {
+    growth *= culled->second.scale / scale_then;
+    id = culled->second.pose.keyframe;
+    scale_then = culled->second.pose.keyframe_scale;
+  }
+  return growth * keyframes_.At(id).scale / scale_then;
+}
+
 KeyframeId Map::Remaining(KeyframeId id) const {
   for (auto culled = culled_.find(id); culled != culled_.end(); culled = culled_.find(id))
     id = culled->second.pose.keyframe;

@@ -80,6 +80,8 @@ class Map {
   void SetPose(KeyframeId id, const SE3& cam_from_world) {
     keyframes_.At(id).cam_from_world = cam_from_world;
   }
+  /// Its key points where they are for another motion while it was read.
+  void SetFrame(KeyframeId id, Frame frame) { keyframes_.At(id).frame = std::move(frame); }
   /// For a keyframe whose key points were corrected for it already.
   void SetMotion(KeyframeId id, const ReadoutMotion& motion) {
     keyframes_.At(id).frame.motion = motion;
@@ -116,6 +118,8 @@ class Map {
   SE3 PoseOf(const AnchoredPose& pose) const;
   /// The same camera, seen from the keyframe that remains where its own was culled.
   AnchoredPose OnRemaining(const AnchoredPose& pose) const;
+  /// By how much all lengths around such a camera have grown since its pose was taken.
+  double GrowthSince(const AnchoredPose& pose) const;
   /// The keyframe itself or, if it was culled, the remaining one its pose hangs on.
   KeyframeId Remaining(KeyframeId id) const;
 

@@ -317,6 +317,7 @@ TEST(Map, PosesOnRemainingKeyframesAreTheSameToTheBit) {
     EXPECT_TRUE(map.Contains(moved.keyframe));
     EXPECT_EQ(map.PoseOf(pose).translation(), map.PoseOf(moved).translation());
     EXPECT_EQ(map.PoseOf(pose).rotation().coeffs(), map.PoseOf(moved).rotation().coeffs());
+    EXPECT_NEAR(map.GrowthSince(pose), 1.7 / 0.8, 1e-12);
   }
   const AnchoredPose there{churn.root, RandomPose(&churn.builder.random), 0.8};
   EXPECT_EQ(map.OnRemaining(there).keyframe, churn.root);

@@ -6,6 +6,7 @@
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/map/frame_motion.h"
 #include "deepuav/mapping/correction.h"
+#include "deepuav/mapping/readout_change.h"
 
 namespace deepuav {
 void MappingOptions::Check() const {
@@ -244,6 +245,10 @@ void Mapper::SetAsideMoving(MapId map) {
   if (!options_.moving.set_aside) return;
   const StageScope stage(stages_, "set aside what moves");
   set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving, options_.trust.hovering);
+}
+
+void Mapper::ChangeMotionsIn(MapId map, const std::map<KeyframeId, ReadoutMotion>& motions) {
+  ChangeMotions(motions, camera_, &atlas_->At(map));
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,

@@ -126,6 +126,9 @@ class Mapper {
                       const std::function<bool()>& stop = nullptr,
                       const MapFactors* factors = nullptr);
 
+  /// Has keyframes of a map move otherwise while they were read: ChangeMotions.
+  void ChangeMotionsIn(MapId map, const std::map<KeyframeId, ReadoutMotion>& motions);
+
   /// What a map that was adjusted says of a calibration that does not fit: FindLens, with another
   /// least share of the errors that it must save.
   std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,

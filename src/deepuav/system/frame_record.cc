@@ -22,6 +22,7 @@ FrameRecord MakeRecord(const Frame& frame, const TrackingResult& result) {
   record.cam_from_world = result.pose->cam_from_world;
   record.map_revision = result.pose->map_revision;
   record.pose_information = result.pose->information;
+  record.seen_motion = result.pose->motion;
   record.landmark_count = static_cast<int>(result.pose->matches.size());
   record.seen.reserve(result.pose->matches.size());
   for (const LandmarkMatch& match : result.pose->matches) {

@@ -35,7 +35,8 @@ struct FrameRecord {
   /// as it is. 0: unknown.
   Matrix6d pose_information = Matrix6d::Zero();
   int landmark_count = 0;                    ///< That spoke for the pose.
-  std::vector<Seen> seen;                    ///< These, or once the frame is old some of them.
+  std::vector<Seen> seen;                    ///< These, or once the frame is old some of them...
+  ReadoutMotion seen_motion;                 ///< ...and what their pixels are corrected for.
   std::shared_ptr<const Features> features;  ///< Kept where the pose is missing or doubtful...
   ReadoutMotion motion;                      ///< ...with what they are corrected for...
   bool turn_is_measured = false;             ///< ...as Frame's.

@@ -7,6 +7,7 @@
 #include "deepuav/system/calibration_correction.h"
 #include "deepuav/system/gap_bridge.h"
 #include "deepuav/system/path_smoothing.h"
+#include "deepuav/system/readout_path.h"
 
 namespace deepuav {
 namespace {
@@ -68,6 +69,7 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   const std::vector<MapId> maps = ByKeyframes(*run_.atlas);
   for (MapId map : maps) {
     const bool refine = RefinesFocalIn(map);
+    if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
     run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
     if (map == maps.front() && MayCorrectCalibration()) {
@@ -75,6 +77,29 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
                                         &result->frames, stop);
     }
     if (stop()) break;
+  }
+}
+
+void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* result) const {
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  const PoseOfFrame refined = [&finish](const FrameRecord& record) {
+    return finish.RefinedPose(record);
+  };
+  for (int round = 0; round < options_.readout.rounds && !stop(); ++round) {
+    if (round > 0) run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
+    const ReadoutPath path = FindReadoutPath(*run_.atlas, map, result->frames, refined,
+                                             run_.camera->readout_s, options_.readout);
+    if (!path.tells_turns && run_.sensors.imu.samples.empty()) {
+      Log().warn(
+          "map {}: the camera shakes faster than its images come, so that they don't tell "
+          "how it turned while its rolling shutter read them: more images a second or an "
+          "IMU would",
+          map.value);
+      return;
+    }
+    ChangeMotions(path, *run_.atlas, map, *run_.camera, &result->frames);
+    run_.mapper->ChangeMotionsIn(
+        map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
   }
 }
 

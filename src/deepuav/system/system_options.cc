@@ -12,6 +12,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("patches", options.patches);
   visit("gaps", options.gaps);
   visit("smoothing", options.smoothing);
+  visit("readout", options.readout);
   visit("tracking", options.tracking);
   visit("initialiser", options.tracking.initialiser);
   visit("keyframes", options.tracking.keyframes);

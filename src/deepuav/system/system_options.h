@@ -8,6 +8,7 @@
 #include "deepuav/system/gap_options.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/path_smoothing.h"
+#include "deepuav/system/readout_path.h"
 #include "deepuav/tracking/tracker.h"
 
 namespace deepuav {
@@ -47,6 +48,7 @@ struct SystemOptions {
   SurveyOptions survey;
   GapOptions gaps;
   PathSmoothingOptions smoothing;
+  ReadoutPathOptions readout;
   SensorUseOptions sensors;
 
   void Check() const;

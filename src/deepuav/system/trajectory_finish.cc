@@ -165,6 +165,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
       {reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
       {}};
   result.pose->information = located->information;
+  result.pose->motion = located->frame.motion;
   for (const LocatedFrame::Seen& seen : located->seen) {
     result.pose->matches.push_back({seen.keypoint,
                                     local_map->landmarks[static_cast<size_t>(seen.landmark)].id,

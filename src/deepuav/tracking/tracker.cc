@@ -154,7 +154,8 @@ TrackedPose Tracker::Describe(const LocatedFrame& located) const {
       {},
       located.cam_from_world,
       local_map_->revision,
-      located.information};
+      located.information,
+      located.frame.motion};
   pose.matches.reserve(located.seen.size());
   for (const LocatedFrame::Seen& seen : located.seen) {
     pose.matches.push_back({seen.keypoint,

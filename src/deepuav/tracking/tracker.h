@@ -48,6 +48,7 @@ struct TrackedPose {
   SE3 cam_from_world = {};                  ///< In the local map that it was located in...
   int64_t map_revision = 0;                 ///< ...as of LocalMap::revision.
   Matrix6d information = Matrix6d::Zero();  ///< As of LocatedFrame.
+  ReadoutMotion motion = {};                ///< What the matches' pixels are corrected for.
 };
 
 /// What became of one frame.

@@ -1,0 +1,91 @@
+// What a run makes of images whose rows are read one after the other.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "deepuav/system/testing/slam_runs.h"
+
+namespace deepuav {
+namespace {
+
+constexpr double kReadoutS = 0.02, kIntervalS = 0.05;
+
+/// Weaving along the box, shaken about all axes.
+SE3 ShakenAt(double frame, double hz) {
+  const double phase = 2 * std::numbers::pi * hz * kIntervalS * frame, x = 0.15 * frame;
+  const Eigen::Vector3d shake =
+      0.02 * Eigen::Vector3d(std::sin(phase), std::cos(0.8 * phase), std::sin(0.9 * phase + 1));
+  return SE3(RotationExp(shake),
+             Eigen::Vector3d(-x, 0.3 * std::sin(0.5 * x), 0.3 * std::cos(0.4 * x)));
+}
+
+/// Every row as its own camera saw it.
+SyntheticFlight ReadByRows(const FeatureWorld& world, int count, double shaking_hz) {
+  Random random(7);
+  SyntheticFlight flight{{}, {}, world.camera(), kIntervalS};
+  flight.camera.readout_s = kReadoutS;
+  const Pinhole& pinhole = flight.camera.pinhole;
+  for (int i = 0; i < count; ++i) {
+    const SE3 middle_from_world = ShakenAt(i, shaking_hz);
+    const SyntheticView view = world.View(middle_from_world, {0.2, 0.3, 0, 20}, &random);
+    Features features = *view.features;
+    for (size_t k = 0; k < features.keypoints.size(); ++k) {
+      if (view.landmark[k] < 0) continue;
+      const Eigen::Vector3d& point = world.landmarks()[static_cast<size_t>(view.landmark[k])];
+      Keypoint& keypoint = features.keypoints[k];
+      const Eigen::Vector2d off =
+          keypoint.px.cast<double>() - pinhole.Project(middle_from_world * point);
+      for (int round = 0; round < 4; ++round) {
+        const double moment = RowMoment(keypoint.px.y(), flight.camera.height);
+        const SE3 row_from_world = ShakenAt(i + moment * kReadoutS / kIntervalS, shaking_hz);
+        keypoint.px = (pinhole.Project(row_from_world * point) + off).cast<float>();
+      }
+      keypoint.image_px = keypoint.px;
+    }
+    flight.cam_from_world.push_back(middle_from_world);
+    flight.features.push_back(std::move(features));
+  }
+  return flight;
+}
+
+/// Of the frames that a young map has no part in.
+double ErrorOnceStarted(const SlamResult& result, const SyntheticFlight& flight) {
+  std::vector<Eigen::Vector3d> estimate, truth;
+  for (size_t i = 20; i < result.frames.size(); ++i) {
+    estimate.push_back(result.frames[i].cam_from_world.InverseTranslation());
+    truth.push_back(flight.cam_from_world[i].InverseTranslation());
+  }
+  return RmseAfterAlignment(estimate, truth);
+}
+
+TEST(SlamRollingShutter, FollowsTheWholePathAtTheEnd) {
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 2);
+  SystemOptions options;
+  const Outcome followed = Fly(flight, Schedule::kSequential, options);
+  options.readout.rounds = 0;
+  const Outcome as_they_came = Fly(flight, Schedule::kSequential, options);
+  EXPECT_EQ(followed.result.failure, "");
+  EXPECT_EQ(Located(followed.result), 100);
+  EXPECT_LT(ErrorOnceStarted(followed.result, flight),
+            0.6 * ErrorOnceStarted(as_they_came.result, flight));
+}
+
+TEST(SlamRollingShutter, StaysAsItCameWhereThePathDoesNotTell) {
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 2);
+  SystemOptions options;
+  options.readout.max_missed = 0;
+  const Outcome refused = Fly(flight, Schedule::kSequential, options);
+  options.readout.rounds = 0;
+  EXPECT_EQ(Bytes(refused.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+}
+
+TEST(SlamRollingShutter, IsTheSameSequentialAndThreaded) {
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 2);
+  EXPECT_EQ(Bytes(Fly(flight, Schedule::kSequential).result),
+            Bytes(Fly(flight, Schedule::kThreaded).result));
+}
+
+}  // namespace
+}  // namespace deepuav
