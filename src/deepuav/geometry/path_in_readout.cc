@@ -47,9 +47,9 @@ int Reach(const Trajectory& path, size_t at, int step, const PathInReadoutOption
   for (auto i = static_cast<ptrdiff_t>(at); reach < options.reach; ++reach, i += step) {
     const ptrdiff_t next = i + step;
     if (next < 0 || next >= std::ssize(path)) break;
-    const double step_s =
-        SecondsBetween(path[static_cast<size_t>(i)].time, path[static_cast<size_t>(next)].time);
-    if (std::abs(step_s) > options.max_step_s) break;
+    const double step_s = std::abs(
+        SecondsBetween(path[static_cast<size_t>(i)].time, path[static_cast<size_t>(next)].time));
+    if (step_s == 0 || step_s > options.max_step_s) break;
   }
   return reach;
 }

@@ -90,6 +90,15 @@ TEST(PathInReadout, TellsLessAtTheEnds) {
   EXPECT_FALSE(MotionOnPath(path, gap + 1, kReadoutS, {}));
 }
 
+TEST(PathInReadout, TellsNothingByAPoseOfTheSameTime) {
+  Trajectory path = Path(1, 0.05);
+  path[21].time = path[20].time;
+  path.resize(22);
+  EXPECT_TRUE(MotionOnPath(path, 20, kReadoutS, {})->turn_rad.allFinite());
+  EXPECT_FALSE(MotionOnPath(path, 21, kReadoutS, {}));
+  EXPECT_TRUE(std::isfinite(*TurnsMissed(path, {})));
+}
+
 TEST(PathInReadout, SaysWhereImagesComeTooRarely) {
   Trajectory path = Path(1, 0.05);
   const double steady = *TurnsMissed(path, {});

@@ -34,6 +34,7 @@ void ChangeMotion(KeyframeId id, ReadoutMotion motion, const Camera& camera, Map
     if (!landmark.valid()) continue;
     const Observation& observation = ObservationIn(map->At(landmark), id);
     const double depth = (keyframe.cam_from_world * map->At(landmark).position_world).z();
+    if (!(depth > 0)) continue;
     const auto moved = Moved(observation, before, keyframe, depth, camera);
     if (!moved) continue;
     PixelMeasurement measured = observation.measured;

@@ -70,6 +70,14 @@ TEST_F(ReadoutChangeTest, MovesWhatPatchesMeasuredFromWhereItIs) {
   EXPECT_TRUE(moved.by_patch);
 }
 
+TEST_F(ReadoutChangeTest, LeavesWhatLiesBehindTheCamera) {
+  const LandmarkId landmark = *std::ranges::find_if(Changed().landmarks, &LandmarkId::valid);
+  const Eigen::Vector2f px = ObservationOf(landmark).measured.px;
+  made_.map.SetPosition(landmark, Changed().cam_from_world.Inverse() * Eigen::Vector3d(0, 0, -5));
+  ChangeMotions({{Changed().id, kMotion}}, camera_, &made_.map);
+  EXPECT_EQ(ObservationOf(landmark).measured.px, px);
+}
+
 TEST_F(ReadoutChangeTest, LeavesATurnThatAGyroscopeMeasured) {
   Frame frame = Changed().frame;
   const auto features = frame.features;

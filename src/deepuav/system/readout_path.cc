@@ -28,6 +28,7 @@ void ChangeMotion(ReadoutMotion motion, const Map& map, const Camera& camera, Fr
     const auto landmark = map.Current(seen.landmark);
     if (!landmark) continue;
     const double depth = (cam_from_world * map.At(*landmark).position_world).z();
+    if (!(depth > 0)) continue;
     const auto moved =
         ForOtherMotion(camera, seen.measured.px.cast<double>(), known, motion, 1 / depth);
     if (moved) seen.measured.px = moved->cast<float>();
