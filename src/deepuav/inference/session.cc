@@ -1,9 +1,5 @@
 #include "deepuav/inference/session.h"
 
-#if defined(__x86_64__)
-#include <cpuid.h>
-#endif
-
 #include <algorithm>
 #include <openvino/openvino.hpp>
 #include <sstream>
@@ -40,19 +36,10 @@ bool HasFastBf16() {
 #endif
 }
 
-#if defined(__x86_64__)
-/// The 256-bit form of VNNI, which __builtin_cpu_supports of g++ 12 does not know.
-bool HasAvxVnni() {
-  unsigned int eax = 0, ebx = 0, ecx = 0, edx = 0;
-  constexpr unsigned int kExtendedFeatures = 7, kSubleaf = 1, kAvxVnniBit = 1U << 4;
-  if (!__get_cpuid_count(kExtendedFeatures, kSubleaf, &eax, &ebx, &ecx, &edx)) return false;
-  return (eax & kAvxVnniBit) != 0;
-}
-#endif
-
+/// Without VNNI, too, int8 takes half to three quarters of the time that fp32 takes.
 bool HasFastInt8() {
 #if defined(__x86_64__)
-  return __builtin_cpu_supports("avx512vnni") > 0 || HasAvxVnni();
+  return __builtin_cpu_supports("avx2") > 0;
 #else
   const auto found = Core().get_property(kDevice, ov::device::capabilities);
   return std::find(found.begin(), found.end(), ov::device::capability::INT8) != found.end();
