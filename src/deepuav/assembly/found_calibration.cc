@@ -11,7 +11,10 @@
 namespace deepuav {
 namespace {
 
-std::string LensComments(const RefinedLens& lens, double fx) {
+constexpr double kMillisecondsASecond = 1000;
+constexpr double kSigmasWorthSaying = 3;
+
+std::string SigmaComment(const RefinedLens& lens, double fx) {
   const CalibrationSigmas& sigmas = lens.sigmas;
   const bool tells_focal = lens.is_focal_told && sigmas.focal > 0;
   if (!tells_focal && sigmas.k1 == 0) return "";
@@ -22,13 +25,14 @@ std::string LensComments(const RefinedLens& lens, double fx) {
     text += fmt::format(", cx and cy {:.3f} px, p1 and p2 {:.6f}", sigmas.centre * fx,
                         sigmas.tangential);
   }
-  text += "\n";
-  if (lens.readout_s != 0) {
-    text += fmt::format(
-        "# rolling shutter: {:.4f} s from the first row to the last (standard deviation {:.4f})\n",
-        lens.readout_s, sigmas.readout_s);
-  }
-  return text;
+  return text + "\n";
+}
+
+std::string ReadoutComment(const RefinedLens& lens) {
+  if (lens.readout_s == 0) return "";
+  return fmt::format(
+      "# rolling shutter: {:.4f} s from the first row to the last (standard deviation {:.5f})\n",
+      lens.readout_s, lens.sigmas.readout_s);
 }
 
 }  // namespace
@@ -42,7 +46,8 @@ std::string CalibrationYaml(const FoundCalibration& calibration) {
   const Camera& camera = calibration.camera;
   std::string yaml = fmt::format("# started from: {}, {:.1f} px\n", calibration.source,
                                  calibration.start_focal_px);
-  if (calibration.lens) yaml += LensComments(*calibration.lens, camera.pinhole.fx);
+  if (const auto& lens = calibration.lens)
+    yaml += SigmaComment(*lens, camera.pinhole.fx) + ReadoutComment(*lens);
   yaml += fmt::format(
       "model: {}\nwidth: {}\nheight: {}\nfx: {:.6f}\nfy: {:.6f}\ncx: {:.6f}\ncy: {:.6f}\n",
       NameOf(camera.lens), camera.width, camera.height, camera.pinhole.fx, camera.pinhole.fy,
@@ -50,6 +55,8 @@ std::string CalibrationYaml(const FoundCalibration& calibration) {
   if (!camera.distortion.empty())
     yaml += fmt::format("distortion: [{:.9g}]\n", fmt::join(camera.distortion, ", "));
   if (camera.rate_hz > 0) yaml += fmt::format("rate_hz: {:.6g}\n", camera.rate_hz);
+  if (camera.readout_s > 0)
+    yaml += fmt::format("readout_ms: {:.6g}\n", kMillisecondsASecond * camera.readout_s);
   return yaml;
 }
 
@@ -65,8 +72,8 @@ std::string CalibrationText(const FoundCalibration& calibration) {
     if (!calibration.camera.distortion.empty())
       text += fmt::format(", k1 {:.4f}", calibration.camera.distortion[0]);
     if (lens->sigmas.k1 > 0) text += fmt::format(" ({:.4f})", lens->sigmas.k1);
-    if (lens->readout_s != 0)
-      text += fmt::format(", rolling shutter {:.1f} ms", 1000 * lens->readout_s);
+    if (lens->readout_s > kSigmasWorthSaying * lens->sigmas.readout_s)
+      text += fmt::format(", rolling shutter {:.1f} ms", kMillisecondsASecond * lens->readout_s);
   }
   text += fmt::format("; from {}", calibration.source);
   constexpr double kWorthSaying = 0.2;

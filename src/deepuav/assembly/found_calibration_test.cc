@@ -35,5 +35,22 @@ TEST(CalibrationText, SaysWhereNothingToldTheFocalLength) {
   EXPECT_EQ(CalibrationYaml(Found(lens)).find("fx 150"), std::string::npos);
 }
 
+TEST(CalibrationYaml, KeepsTheReadoutOfARollingShutter) {
+  Camera camera = Found({}).camera;
+  EXPECT_EQ(CalibrationYaml(DescribeCalibration(camera, "a file", camera, {})).find("readout_ms"),
+            std::string::npos);
+  camera.readout_s = 0.0183;
+  const FoundCalibration told = DescribeCalibration(camera, "a file", camera, {});
+  EXPECT_NE(CalibrationYaml(told).find("\nreadout_ms: 18.3\n"), std::string::npos);
+  EXPECT_EQ(CalibrationText(told).find("rolling"), std::string::npos) << "nothing new";
+  RefinedLens lens;
+  lens.readout_s = 0.0183;
+  lens.sigmas.readout_s = 0.0002;
+  const FoundCalibration found = DescribeCalibration(camera, "a file", camera, lens);
+  EXPECT_NE(CalibrationYaml(found).find("0.0183 s from the first row to the last"),
+            std::string::npos);
+  EXPECT_NE(CalibrationText(found).find("rolling shutter 18.3 ms"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace deepuav
