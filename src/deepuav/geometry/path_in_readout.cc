@@ -105,8 +105,10 @@ std::optional<ReadoutMotion> MotionOnPath(const Trajectory& path, size_t at, dou
   return motion;
 }
 
-std::optional<double> TurnsMissed(const Trajectory& path, const PathInReadoutOptions& options) {
+std::optional<MissedTurns> TurnsMissed(const Trajectory& path,
+                                       const PathInReadoutOptions& options) {
   double missed = 0, stepped = 0;
+  int poses = 0;
   for (size_t at = 0; at < path.size(); ++at) {
     const Range range = RangeAbout(path, at, options);
     if (range.before == 0 || range.after == 0) continue;
@@ -117,9 +119,10 @@ std::optional<double> TurnsMissed(const Trajectory& path, const PathInReadoutOpt
       turn += weights[i][0] * Turn(about.now_from_then[i]);
     missed += turn.squaredNorm();
     stepped += Turn(path[at].world_from_cam.Inverse() * path[at - 1].world_from_cam).squaredNorm();
+    ++poses;
   }
-  if (!(stepped > 0)) return std::nullopt;
-  return std::sqrt(missed / stepped);
+  if (poses == 0) return std::nullopt;
+  return MissedTurns{std::sqrt(missed / poses), std::sqrt(stepped / poses)};
 }
 
 }  // namespace deepuav

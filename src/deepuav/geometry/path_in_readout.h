@@ -29,10 +29,17 @@ struct PathInReadoutOptions {
 std::optional<ReadoutMotion> MotionOnPath(const Trajectory& path, size_t at, double readout_s,
                                           const PathInReadoutOptions& options);
 
-/// How much the path tells of the camera's turning: by how much such polynomials, led past a pose,
-/// miss its orientation, over the turn from one pose to the next (root mean squares). Well below 1
-/// of a camera that turns steadily; about 1 or more of one that shakes faster than it takes images,
-/// whose derivatives are noise. Nothing where there are no three poses in a row.
-std::optional<double> TurnsMissed(const Trajectory& path, const PathInReadoutOptions& options);
+/// How much a path tells of the camera's turning, as root mean squares.
+struct MissedTurns {
+  double missed_rad = 0;   ///< What such polynomials, led past a pose, miss its orientation by.
+  double stepped_rad = 0;  ///< The turn from one pose to the next.
+
+  /// Well below 1 of a camera that turns steadily; about 1 or more of one that shakes faster than
+  /// it takes images, whose derivatives are noise, and of one that does not turn.
+  double share() const { return stepped_rad > 0 ? missed_rad / stepped_rad : 0; }
+};
+
+/// Nothing where there are no three poses in a row.
+std::optional<MissedTurns> TurnsMissed(const Trajectory& path, const PathInReadoutOptions& options);
 
 }  // namespace deepuav

@@ -96,21 +96,22 @@ TEST(PathInReadout, TellsNothingByAPoseOfTheSameTime) {
   path.resize(22);
   EXPECT_TRUE(MotionOnPath(path, 20, kReadoutS, {})->turn_rad.allFinite());
   EXPECT_FALSE(MotionOnPath(path, 21, kReadoutS, {}));
-  EXPECT_TRUE(std::isfinite(*TurnsMissed(path, {})));
+  EXPECT_TRUE(std::isfinite(TurnsMissed(path, {})->share()));
 }
 
 TEST(PathInReadout, SaysWhereImagesComeTooRarely) {
   Trajectory path = Path(1, 0.05);
-  const double steady = *TurnsMissed(path, {});
+  const double steady = TurnsMissed(path, {})->share();
   Random random(1);
   for (TimedPose& pose : path) {
     const Eigen::Vector3d shake(random.Gaussian(0.02), random.Gaussian(0.02),
                                 random.Gaussian(0.02));
     pose.world_from_cam = pose.world_from_cam * SE3(RotationExp(shake), Eigen::Vector3d::Zero());
   }
-  const double shaking = *TurnsMissed(path, {});
+  const MissedTurns shaking = *TurnsMissed(path, {});
   EXPECT_LT(steady, 0.1);
-  EXPECT_GT(shaking, 0.75);
+  EXPECT_GT(shaking.share(), 0.75);
+  EXPECT_GT(shaking.missed_rad, 0.02);
 }
 
 TEST(PathInReadout, SaysNothingOfTooFewPosesAndOfACameraAtRest) {
@@ -120,7 +121,7 @@ TEST(PathInReadout, SaysNothingOfTooFewPosesAndOfACameraAtRest) {
   EXPECT_FALSE(TurnsMissed(path, {}));
   Trajectory at_rest = Path(2, 0.05);
   for (TimedPose& pose : at_rest) pose.world_from_cam = SE3();
-  EXPECT_FALSE(TurnsMissed(at_rest, {}));
+  EXPECT_EQ(TurnsMissed(at_rest, {})->share(), 0);
   EXPECT_TRUE(MotionOnPath(at_rest, 20, kReadoutS, {})->turn_rad.isZero(0));
 }
 

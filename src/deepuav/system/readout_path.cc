@@ -53,7 +53,8 @@ ReadoutPath FindReadoutPath(const Atlas& atlas, MapId map, const std::vector<Fra
   const Trajectory path = PathIn(atlas, map, records, pose_of_frame);
   const auto missed = TurnsMissed(path, options.path);
   ReadoutPath found;
-  found.tells_turns = !missed || *missed <= options.max_missed;
+  found.tells_turns = !missed || missed->share() <= options.max_missed ||
+                      missed->missed_rad <= options.harmless_rad;
   for (size_t i = 0; i < path.size(); ++i) {
     const auto motion = MotionOnPath(path, i, readout_s, options.path);
     if (motion) found.motions[path[i].time] = found.tells_turns ? *motion : WithoutTurn(*motion);

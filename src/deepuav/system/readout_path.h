@@ -12,8 +12,9 @@
 namespace deepuav {
 
 struct ReadoutPathOptions {
-  int rounds = 3;            ///< Of the path telling the motions, and the map adjusted to them.
-  double max_missed = 0.75;  ///< TurnsMissed of a path that tells how the camera turns.
+  int rounds = 3;               ///< Of the path telling the motions, and the map adjusted to them.
+  double max_missed = 0.75;     ///< TurnsMissed of a path that tells how the camera turns...
+  double harmless_rad = 0.002;  ///< ...unless it is less than this, as of one that hardly turns.
   PathInReadoutOptions path;
 
   void Check() const;
@@ -27,6 +28,8 @@ struct ReadoutPathOptions {
           "what the orientations about an image miss its own by, over the turn from image to "
           "image, beyond which they don't tell how the camera turned while it was read",
           Between(0, 100));
+    visit("harmless_rad", harmless_rad, "rad",
+          "what they may miss it by all the same, which shows in no image", Between(0, 1));
     path.Visit(visit);
   }
 };

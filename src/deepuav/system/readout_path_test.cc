@@ -193,6 +193,12 @@ TEST_F(ReadoutPathTest, TakesNoTurnOfACameraThatShakesFasterThanItsImagesCome) {
   }
 }
 
+TEST_F(ReadoutPathTest, TakesTheTurnsOfACameraThatHardlyTurns) {
+  Fly(9, 0.1);
+  EXPECT_TRUE(Find({.harmless_rad = 0.1}).tells_turns);
+  EXPECT_FALSE(Find({.harmless_rad = 0.001}).tells_turns);
+}
+
 TEST(ReadoutPathOptions, OutOfRangeAreRefused) {
   ReadoutPathOptions options;
   EXPECT_NO_THROW(options.Check());
