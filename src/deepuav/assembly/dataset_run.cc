@@ -134,6 +134,11 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
   run->atlas = slam.TakeAtlas();
   run->camera = slam.camera();
   if (run->result.lens) lens_ = RefinedLens{*run->result.lens, 0};
+  if (run->result.readout) {
+    if (!lens_) lens_.emplace();
+    lens_->readout_s = run->camera.readout_s;
+    lens_->sigmas.readout_s = run->result.readout->sigma_s;
+  }
 }
 
 }  // namespace deepuav

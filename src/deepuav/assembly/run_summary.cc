@@ -146,6 +146,14 @@ Json LiveTable(const LiveFacts& live) {
           {"p95_latency_ms", 1e3 * live.p95_latency_s}};
 }
 
+/// What the images told of a rolling shutter, or null.
+Json ReadoutTable(const SlamResult& result, const RunFacts& facts) {
+  if (!result.readout) return nullptr;
+  constexpr double kMillisecondsASecond = 1000;
+  return {{"ms", kMillisecondsASecond * facts.calibration.camera.readout_s},
+          {"sigma_ms", kMillisecondsASecond * result.readout->sigma_s}};
+}
+
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
   const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
@@ -181,6 +189,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                     {"inferred", CountInferred(result)},
                     {"lost", processed - located},
                     {"forgotten", result.forgotten_frames}}},
+                  {"found_readout", ReadoutTable(result, facts)},
                   {"main_map", main.valid() ? numbers.at(main) : main.value},
                   {"maps", maps},
                   {"sensors", SensorTable(facts)},

@@ -21,6 +21,11 @@ ReadoutMotion MotionInReadout(const SE3& before_from_world, const SE3& now_from_
           Eigen::Vector3d::Zero()};
 }
 
+ReadoutMotion InReadout(const ReadoutMotion& motion_per_s, double readout_s) {
+  return {readout_s * motion_per_s.turn_rad, readout_s * motion_per_s.travel,
+          readout_s * readout_s * motion_per_s.bend_rad};
+}
+
 double RowMoment(double row, int height) {
   return height > 1 ? std::clamp(row / (height - 1), 0.0, 1.0) - 0.5 : 0;
 }

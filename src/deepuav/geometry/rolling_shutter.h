@@ -28,6 +28,9 @@ struct ReadoutMotion {
 ReadoutMotion MotionInReadout(const SE3& before_from_world, const SE3& now_from_world,
                               double between_s, double readout_s);
 
+/// How a camera moves in a readout of so many seconds that moves so in one of one second.
+ReadoutMotion InReadout(const ReadoutMotion& motion_per_s, double readout_s);
+
 /// When a row is read, as a share of the readout: -1/2 the first, 1/2 the last.
 double RowMoment(double row, int height);
 

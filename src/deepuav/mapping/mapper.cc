@@ -259,6 +259,14 @@ std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,
   return FindLens(atlas_->At(map), camera_.pinhole, options_.global_bundle, options, stop);
 }
 
+std::optional<FoundReadout> Mapper::SearchReadout(
+    MapId map, const std::map<KeyframeId, ReadoutMotion>& motion_per_s,
+    const std::function<bool()>& stop) const {
+  const StageScope stage(stages_, "search readout");
+  return FindReadout(atlas_->At(map), camera_, motion_per_s, options_.global_bundle,
+                     options_.readout, stop);
+}
+
 void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {
   camera_ = camera;
   observer_ =

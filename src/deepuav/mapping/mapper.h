@@ -21,6 +21,7 @@
 #include "deepuav/mapping/map_factors.h"
 #include "deepuav/mapping/moving_landmarks.h"
 #include "deepuav/mapping/patch_observation.h"
+#include "deepuav/mapping/readout_search.h"
 
 namespace deepuav {
 
@@ -47,6 +48,7 @@ struct MappingOptions {
   double min_start_ratio =
       0.5;  ///< Share of a new map's landmarks that must outlast its first adjustment.
   LensSearchOptions lens;
+  ReadoutSearchOptions readout;
   BundleOptions local_bundle{.max_iterations = 8};
   BundleOptions global_bundle{.max_iterations = 30, .min_relative_decrease = 1e-6};
 
@@ -85,6 +87,7 @@ struct MappingOptions {
     visit.Part("local_bundle", local_bundle);
     visit.Part("global_bundle", global_bundle);
     visit.Part("lens", lens);
+    visit.Part("readout", readout);
   }
 };
 
@@ -133,6 +136,11 @@ class Mapper {
   /// least share of the errors that it must save.
   std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,
                                       const std::function<bool()>& stop = nullptr) const;
+  /// What a map that was adjusted says of how long its camera takes to read an image: FindReadout.
+  std::optional<FoundReadout> SearchReadout(MapId map,
+                                            const std::map<KeyframeId, ReadoutMotion>& motion_per_s,
+                                            const std::function<bool()>& stop = nullptr) const;
+
   /// Has all maps and what comes after be of another camera: `move` says where it sees pixels.
   void ChangeCamera(const Camera& camera, const PixelMove& move);
 

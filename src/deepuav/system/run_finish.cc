@@ -7,6 +7,7 @@
 #include "deepuav/system/calibration_correction.h"
 #include "deepuav/system/gap_bridge.h"
 #include "deepuav/system/path_smoothing.h"
+#include "deepuav/system/readout_finding.h"
 #include "deepuav/system/readout_path.h"
 
 namespace deepuav {
@@ -72,6 +73,7 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
     if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
     run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
+    if (map == maps.front()) FindReadoutIn(map, stop, result);
     if (map == maps.front() && MayCorrectCalibration()) {
       result->lens = CorrectCalibration(map, options_.mapping.lens, run_.mapper, run_.camera,
                                         &result->frames, stop);
@@ -101,6 +103,17 @@ void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* re
     run_.mapper->ChangeMotionsIn(
         map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
   }
+}
+
+void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
+  const bool goes_on = run_.first_new_keyframe.value > 0;
+  if (!options_.mapping.readout.enabled || run_.camera->readout_s > 0 || goes_on) return;
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  const ReadoutFinding finding(
+      options_.readout, options_.mapping.readout,
+      {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe},
+      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
+  result->readout = finding.FindIn(map, stop, &result->frames);
 }
 
 bool RunFinish::MayCorrectCalibration() const {

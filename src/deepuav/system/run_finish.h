@@ -46,6 +46,8 @@ class RunFinish {
   void AdjustAll(const Stop& stop, SlamResult* result) const;
   /// Where a rolling shutter read the images: the whole path tells how the camera moved meanwhile.
   void FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* result) const;
+  /// Where the camera's readout is not told, the largest map may.
+  void FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const;
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
   /// Whether the adjustment refines the focal length: with the largest map.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "deepuav/mapping/lens_search.h"
+#include "deepuav/mapping/readout_search.h"
 #include "deepuav/system/frame_record.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/inertial_gauge.h"
@@ -28,6 +29,7 @@ struct SlamResult {
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   MapCovariances covariances;                         ///< Of the keyframes, in the end.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
+  std::optional<FoundReadout> readout;                ///< Where nobody told it and the images do.
   int doubtful_photographs = 0;                       ///< Of a survey: SurveyOutcome::doubtful.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.

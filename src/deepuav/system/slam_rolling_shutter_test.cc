@@ -22,10 +22,11 @@ SE3 ShakenAt(double frame, double hz) {
 }
 
 /// Every row as its own camera saw it.
-SyntheticFlight ReadByRows(const FeatureWorld& world, int count, double shaking_hz) {
+SyntheticFlight ReadByRows(const FeatureWorld& world, int count, double shaking_hz,
+                           double readout_s = kReadoutS) {
   Random random(7);
   SyntheticFlight flight{{}, {}, world.camera(), kIntervalS};
-  flight.camera.readout_s = kReadoutS;
+  flight.camera.readout_s = readout_s;
   const Pinhole& pinhole = flight.camera.pinhole;
   for (int i = 0; i < count; ++i) {
     const SE3 middle_from_world = ShakenAt(i, shaking_hz);
@@ -39,7 +40,7 @@ SyntheticFlight ReadByRows(const FeatureWorld& world, int count, double shaking_
           keypoint.px.cast<double>() - pinhole.Project(middle_from_world * point);
       for (int round = 0; round < 4; ++round) {
         const double moment = RowMoment(keypoint.px.y(), flight.camera.height);
-        const SE3 row_from_world = ShakenAt(i + moment * kReadoutS / kIntervalS, shaking_hz);
+        const SE3 row_from_world = ShakenAt(i + moment * readout_s / kIntervalS, shaking_hz);
         keypoint.px = (pinhole.Project(row_from_world * point) + off).cast<float>();
       }
       keypoint.image_px = keypoint.px;
@@ -79,6 +80,48 @@ TEST(SlamRollingShutter, StaysAsItCameWhereThePathDoesNotTell) {
   const Outcome refused = Fly(flight, Schedule::kSequential, options);
   options.readout.rounds = 0;
   EXPECT_EQ(Bytes(refused.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+}
+
+SystemOptions ThatFewKeyframesTell() {
+  SystemOptions options;
+  options.mapping.readout.min_keyframes = 5;
+  return options;
+}
+
+TEST(SlamRollingShutter, FindsAReadoutThatNobodyTold) {
+  SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 1.5);
+  const Outcome told = Fly(flight, Schedule::kSequential);
+  flight.camera.readout_s = 0;
+  SystemOptions options = ThatFewKeyframesTell();
+  const Outcome found = Fly(flight, Schedule::kSequential, options);
+  options.mapping.readout.enabled = false;
+  const Outcome taken_for_none = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(told.result.readout);
+  ASSERT_TRUE(found.result.readout);
+  EXPECT_NEAR(found.slam->camera().readout_s, kReadoutS, 0.001);
+  EXPECT_FALSE(taken_for_none.result.readout);
+  EXPECT_EQ(taken_for_none.slam->camera().readout_s, 0);
+  EXPECT_EQ(Located(found.result), 100);
+  EXPECT_LT(ErrorOnceStarted(found.result, flight),
+            0.6 * ErrorOnceStarted(taken_for_none.result, flight));
+}
+
+TEST(SlamRollingShutter, LeavesACameraThatReadsAllRowsAtOnce) {
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 1.5, 0);
+  SystemOptions options = ThatFewKeyframesTell();
+  const Outcome searched = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(searched.result.readout);
+  options.mapping.readout.enabled = false;
+  EXPECT_EQ(Bytes(searched.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+}
+
+TEST(SlamRollingShutter, FindsTheSameReadoutSequentialAndThreaded) {
+  SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 1.5);
+  flight.camera.readout_s = 0;
+  const SystemOptions options = ThatFewKeyframesTell();
+  const Outcome sequential = Fly(flight, Schedule::kSequential, options);
+  ASSERT_TRUE(sequential.result.readout);
+  EXPECT_EQ(Bytes(sequential.result), Bytes(Fly(flight, Schedule::kThreaded, options).result));
 }
 
 TEST(SlamRollingShutter, IsTheSameSequentialAndThreaded) {
