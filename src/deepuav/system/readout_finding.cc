@@ -1,13 +1,16 @@
 #include "deepuav/system/readout_finding.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/inertial/camera_turns.h"
 
 namespace deepuav {
 namespace {
+
+/// Over which a gyroscope tells how images turn until something better is known.
+constexpr double kTypicalReadoutS = 0.02;
 
 /// What contradicts a shutter that reads all rows at once was taken for outliers while the map was
 /// made, and bends its path: so each round finds but a part of what is left, and what all rounds to
@@ -22,14 +25,28 @@ double Extrapolated(double last_s, double now_s) {
 
 std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::function<bool()>& stop,
                                                    std::vector<FrameRecord>* records) const {
-  // Turns that the path only seems to tell fit no readout.
-  ReadoutPathOptions with_all_turns = options_;
-  with_all_turns.max_missed = std::numeric_limits<double>::infinity();
+  std::optional<FoundReadout> found;
+  if (!run_.imu.samples.empty() && run_.imu.mount_is_known)
+    found = FindBy(TurnsBy::kGyroscope, map, stop, records);
+  if (!found) found = FindBy(TurnsBy::kPath, map, stop, records);
+  if (found) {
+    Log().info(
+        "the camera reads an image in {:.1f} ms, row by row (standard deviation {:.2f}): a run "
+        "that "
+        "is told so, as by the camera.yaml of this one, corrects images from the first one on",
+        1000 * run_.camera->readout_s, 1000 * found->sigma_s);
+  }
+  return found;
+}
+
+std::optional<FoundReadout> ReadoutFinding::FindBy(TurnsBy source, MapId map,
+                                                   const std::function<bool()>& stop,
+                                                   std::vector<FrameRecord>* records) const {
   std::optional<FoundReadout> found;
   for (int round = 0; round < options_.rounds && !stop(); ++round) {
-    constexpr double kOneSecond = 1;
-    ReadoutPath path_per_s =
-        FindReadoutPath(*run_.atlas, map, *records, pose_of_frame_, kOneSecond, with_all_turns);
+    ReadoutPath path_per_s = PathPerS(source, map, *records);
+    // Of turns of which it misses a part, too long a readout would make the whole.
+    if (source == TurnsBy::kPath && !path_per_s.tells_turns) break;
     const auto more = run_.mapper->SearchReadout(
         map, MotionsOfKeyframes(path_per_s, run_.atlas->At(map), run_.first_new_keyframe), stop);
     if (!more || (!found && !IsBelieved(*more, search_))) break;
@@ -39,11 +56,26 @@ std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::functio
     Take(run_.camera->readout_s, std::move(path_per_s), map, records);
     run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
   }
-  if (found) {
-    Log().info("the camera reads an image in {:.1f} ms, row by row (standard deviation {:.2f})",
-               1000 * run_.camera->readout_s, 1000 * found->sigma_s);
-  }
   return found;
+}
+
+ReadoutPath ReadoutFinding::PathPerS(TurnsBy source, MapId map,
+                                     const std::vector<FrameRecord>& records) const {
+  constexpr double kOneSecond = 1;
+  ReadoutPath path =
+      FindReadoutPath(*run_.atlas, map, records, pose_of_frame_, kOneSecond, options_);
+  if (source == TurnsBy::kPath) return path;
+  Camera reading = *run_.camera;
+  if (reading.readout_s == 0) reading.readout_s = kTypicalReadoutS;
+  const CameraTurns turns(run_.imu, run_.max_imu_gap_s, reading);
+  for (auto& [time, motion] : path.motions) {
+    const auto measured = turns.DuringReadout(time);
+    if (!measured) continue;
+    const ReadoutMotion per_s = InReadout(*measured, 1 / reading.readout_s);
+    motion.turn_rad = per_s.turn_rad;
+    motion.bend_rad = per_s.bend_rad;
+  }
+  return path;
 }
 
 void ReadoutFinding::Take(double readout_s, ReadoutPath path_per_s, MapId map,

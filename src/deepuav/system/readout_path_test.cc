@@ -195,8 +195,11 @@ TEST_F(ReadoutPathTest, TakesNoTurnOfACameraThatShakesFasterThanItsImagesCome) {
 
 TEST_F(ReadoutPathTest, TakesTheTurnsOfACameraThatHardlyTurns) {
   Fly(9, 0.1);
-  EXPECT_TRUE(Find({.harmless_rad = 0.1}).tells_turns);
-  EXPECT_FALSE(Find({.harmless_rad = 0.001}).tells_turns);
+  ReadoutPathOptions options;
+  options.harmless_rad = 0.001;
+  EXPECT_FALSE(Find(options).tells_turns);
+  options.harmless_rad = 0.1;
+  EXPECT_TRUE(Find(options).tells_turns);
 }
 
 TEST(ReadoutPathOptions, OutOfRangeAreRefused) {

@@ -111,7 +111,8 @@ void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) c
   const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
   const ReadoutFinding finding(
       options_.readout, options_.mapping.readout,
-      {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe},
+      {run_.camera, run_.atlas, run_.mapper, run_.sensors.imu, options_.sensors.imu.max_imu_gap_s,
+       run_.first_new_keyframe},
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
   result->readout = finding.FindIn(map, stop, &result->frames);
 }

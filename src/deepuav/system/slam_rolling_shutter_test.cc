@@ -76,7 +76,7 @@ TEST(SlamRollingShutter, FollowsTheWholePathAtTheEnd) {
 TEST(SlamRollingShutter, StaysAsItCameWhereThePathDoesNotTell) {
   const SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 2);
   SystemOptions options;
-  options.readout.max_missed = 0;
+  options.readout.max_missed = options.readout.harmless_rad = 0;
   const Outcome refused = Fly(flight, Schedule::kSequential, options);
   options.readout.rounds = 0;
   EXPECT_EQ(Bytes(refused.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
@@ -84,7 +84,7 @@ TEST(SlamRollingShutter, StaysAsItCameWhereThePathDoesNotTell) {
 
 SystemOptions ThatFewKeyframesTell() {
   SystemOptions options;
-  options.mapping.readout.min_keyframes = 5;
+  options.mapping.readout.min_keyframes = 3;
   return options;
 }
 
@@ -104,6 +104,43 @@ TEST(SlamRollingShutter, FindsAReadoutThatNobodyTold) {
   EXPECT_EQ(Located(found.result), 100);
   EXPECT_LT(ErrorOnceStarted(found.result, flight),
             0.6 * ErrorOnceStarted(taken_for_none.result, flight));
+}
+
+/// What a gyroscope and an accelerometer in the camera measure of ShakenAt, with z up.
+ImuStream SensedOn(int frames, double shaking_hz) {
+  constexpr double kStepS = 0.0025;
+  const auto pose_at = [&](double time_s) { return ShakenAt(time_s / kIntervalS, shaking_hz); };
+  ImuStream imu;
+  for (int i = 0; i * kStepS < frames * kIntervalS; ++i) {
+    const double time_s = i * kStepS, half_s = kStepS / 2;
+    const SE3 now = pose_at(time_s), before = pose_at(time_s - half_s);
+    const SE3 after = pose_at(time_s + half_s);
+    const Eigen::Vector3d acceleration =
+        (after.InverseTranslation() - 2 * now.InverseTranslation() + before.InverseTranslation()) /
+        (half_s * half_s);
+    ImuSample sample;
+    sample.time = {std::llround(1e9 * time_s)};
+    sample.angular_velocity =
+        RotationLog(before.rotation() * after.rotation().conjugate()) / kStepS;
+    sample.specific_force = now.rotation() * (acceleration + Eigen::Vector3d(0, 0, 9.81));
+    imu.samples.push_back(sample);
+  }
+  return imu;
+}
+
+TEST(SlamRollingShutter, FindsItByAGyroscopeWhereImagesComeTooRarely) {
+  constexpr double kShakingHz = 8.3;
+  SyntheticFlight flight = ReadByRows(BoxWorld(), 100, kShakingHz);
+  flight.camera.readout_s = 0;
+  const SystemOptions options = ThatFewKeyframesTell();
+  const Outcome by_path = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(by_path.result.readout);
+  SensorStreams streams;
+  streams.imu = SensedOn(100, kShakingHz);
+  const Outcome by_gyroscope =
+      Fly(flight, Schedule::kSequential, options, nullptr, nullptr, -1, streams);
+  ASSERT_TRUE(by_gyroscope.result.readout);
+  EXPECT_NEAR(by_gyroscope.slam->camera().readout_s, kReadoutS, 0.0015);
 }
 
 TEST(SlamRollingShutter, LeavesACameraThatReadsAllRowsAtOnce) {

@@ -41,12 +41,14 @@ struct Outcome {
 
 inline Outcome Fly(const SyntheticFlight& flight, Schedule schedule = Schedule::kSequential,
                    const SystemOptions& options = {}, const Slam::Progress& progress = nullptr,
-                   const std::function<bool()>& stop = nullptr, int throws_at = -1) {
+                   const std::function<bool()>& stop = nullptr, int throws_at = -1,
+                   const SensorStreams& sensors = {}) {
   PreparedFeatures extractor(flight.features);
   NearestNeighbourMatcher matcher({});
   NumberedImages images(flight.size(), flight.frame_interval_s, throws_at);
   Outcome run;
   run.slam = std::make_unique<Slam>(flight.camera, options, Perception{&extractor, &matcher});
+  run.slam->UseSensors(sensors);
   run.result = run.slam->Run(&images, schedule, progress, stop);
   return run;
 }
