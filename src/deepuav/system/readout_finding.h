@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "deepuav/mapping/mapper.h"
@@ -16,7 +17,7 @@ namespace deepuav {
 /// adjusted, and puts it into `camera`: keyframes and frames then move as the path says while they
 /// are read, and the map is adjusted to that, round by round. Nothing, and all as it was, where the
 /// map does not tell it, or the camera reads all rows at once. Where there is a gyroscope whose
-/// mount is known it is asked first; one whose clock is off fits no readout.
+/// mount is known it is asked first; one whose clock is off fits no readout. Thread-compatible.
 class ReadoutFinding {
  public:
   /// What it works on; all must outlive it.
