@@ -16,11 +16,9 @@ Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera)
   return frame;
 }
 
-ReadoutMotion KeepingMeasuredTurn(const Frame& frame, ReadoutMotion motion) {
-  if (frame.turn_is_measured) {
-    motion.turn_rad = frame.motion.turn_rad;
-    motion.bend_rad = frame.motion.bend_rad;
-  }
+ReadoutMotion WithTurnOf(const ReadoutMotion& turning, ReadoutMotion motion) {
+  motion.turn_rad = turning.turn_rad;
+  motion.bend_rad = turning.bend_rad;
   return motion;
 }
 
@@ -29,7 +27,8 @@ Frame MovingOn(const Frame& frame, const SE3& cam_from_world, const SE3& other_f
   if (camera.readout_s == 0) return frame;
   const ReadoutMotion motion =
       MotionInReadout(other_from_world, cam_from_world, between_s, camera.readout_s);
-  return WithMotion(frame, KeepingMeasuredTurn(frame, motion), camera);
+  return WithMotion(frame, frame.turn_is_measured ? WithTurnOf(frame.motion, motion) : motion,
+                    camera);
 }
 
 }  // namespace deepuav

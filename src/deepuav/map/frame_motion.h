@@ -9,8 +9,8 @@ namespace deepuav {
 /// for what they were corrected for.
 Frame WithMotion(Frame frame, const ReadoutMotion& motion, const Camera& camera);
 
-/// The motion but for a turn that a gyroscope measured, which stays.
-ReadoutMotion KeepingMeasuredTurn(const Frame& frame, ReadoutMotion motion);
+/// Travelling as `motion` says, turning as another does.
+ReadoutMotion WithTurnOf(const ReadoutMotion& turning, ReadoutMotion motion);
 
 /// WithMotion for a camera that moved on as since (or until) another view, `between_s` earlier; a
 /// turn that a gyroscope measured stays. The frame as it is where the camera reads all rows at

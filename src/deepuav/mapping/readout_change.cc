@@ -27,8 +27,7 @@ std::optional<Eigen::Vector2d> Moved(const Observation& observation, const Reado
 void ChangeMotion(KeyframeId id, ReadoutMotion motion, const Camera& camera, Map* map) {
   const ReadoutMotion before = map->At(id).motion();
   motion.travel /= map->At(id).scale;
-  const Frame frame = map->At(id).frame;
-  map->SetFrame(id, WithMotion(frame, KeepingMeasuredTurn(frame, motion), camera));
+  map->SetFrame(id, WithMotion(map->At(id).frame, motion, camera));
   const Keyframe& keyframe = map->At(id);
   for (const LandmarkId landmark : keyframe.landmarks) {
     if (!landmark.valid()) continue;

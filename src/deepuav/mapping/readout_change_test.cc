@@ -78,17 +78,6 @@ TEST_F(ReadoutChangeTest, LeavesWhatLiesBehindTheCamera) {
   EXPECT_EQ(ObservationOf(landmark).measured.px, px);
 }
 
-TEST_F(ReadoutChangeTest, LeavesATurnThatAGyroscopeMeasured) {
-  Frame frame = Changed().frame;
-  const auto features = frame.features;
-  frame.turn_is_measured = true;
-  made_.map.SetFrame(Changed().id, frame);
-  ChangeMotions({{Changed().id, kMotion}}, camera_, &made_.map);
-  EXPECT_TRUE(Changed().motion().turn_rad.isZero(0));
-  EXPECT_EQ(Changed().motion().travel, kMotion.travel);
-  EXPECT_EQ(Changed().frame.features, features);
-}
-
 TEST_F(ReadoutChangeTest, TravelsInTheUnitsOfAMapThatGrew) {
   made_.map.Rescale(4);
   ChangeMotions({{Changed().id, kMotion}}, camera_, &made_.map);

@@ -1,6 +1,7 @@
 #include "deepuav/mapping/readout_search.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_check.h"
@@ -68,6 +69,10 @@ void ReadoutSearchOptions::Check() const { CheckOptions("mapping.readout", *this
 bool IsBelieved(const FoundReadout& found, const ReadoutSearchOptions& options) {
   return found.cost_share >= options.min_cost_share && found.change_s >= options.min_s &&
          found.change_s <= options.max_s && found.change_s >= options.min_sigmas * found.sigma_s;
+}
+
+bool IsOff(const FoundReadout& found, const ReadoutSearchOptions& options) {
+  return std::abs(found.change_s) >= options.off_sigmas * found.sigma_s;
 }
 
 std::optional<FoundReadout> FindReadout(const Map& map, const Camera& camera,

@@ -19,6 +19,8 @@ struct ReadoutSearchOptions {
   double min_sigmas = 10;         ///< Of the first readout, over its standard deviation.
   double min_s = 0.003;           ///< A shorter one may be other errors, and does little harm...
   double max_s = 0.05;            ///< ...and no camera takes longer.
+  bool refine_known = false;      ///< Of a readout that was told, find how much it is off...
+  double off_sigmas = 3;          ///< ...if by so many standard deviations at least.
 
   void Check() const;
   template <typename Visitor>
@@ -33,6 +35,9 @@ struct ReadoutSearchOptions {
           Between(0, 1e6));
     visit("min_s", min_s, "s", "shortest readout that is believed", Between(0, 1));
     visit("max_s", max_s, "s", "longest readout that is believed", Above(0, 10));
+    visit("refine_known", refine_known, "", "find how much a readout is off that was told");
+    visit("off_sigmas", off_sigmas, "",
+          "that much over its standard deviation, from which on it is mended", Between(0, 1e6));
   }
 };
 
@@ -45,6 +50,9 @@ struct FoundReadout {
 
 /// Whether a first readout is more than what else may be wrong.
 bool IsBelieved(const FoundReadout& found, const ReadoutSearchOptions& options);
+
+/// Whether a readout that is known is off by more than chance.
+bool IsOff(const FoundReadout& found, const ReadoutSearchOptions& options);
 
 /// The readout under which the observations of an adjusted map fit best, poses and landmarks free;
 /// they are left as they are. `motion_per_s`: how keyframes would move in a readout of one second,

@@ -119,6 +119,12 @@ TEST(FindReadout, IsNotBelievedWhereItTakesTooLongOrSavesTooLittle) {
   EXPECT_FALSE(IsBelieved({0.02, 0.0002, 0.01}, kSearch));
 }
 
+TEST(FindReadout, OfOneThatIsKnownCountsWhatIsMoreThanChance) {
+  EXPECT_TRUE(IsOff({-0.001, 0.00005, 0.001}, kSearch));
+  EXPECT_TRUE(IsOff({0.001, 0.00005, 0.001}, kSearch));
+  EXPECT_FALSE(IsOff({0.001, 0.0005, 0.001}, kSearch));
+}
+
 TEST(FindReadout, OfACameraAtRestIsNotKnown) {
   const auto found = Fly(kReadoutS, 0, 0).Find();
   EXPECT_FALSE(found && IsBelieved(*found, kSearch));

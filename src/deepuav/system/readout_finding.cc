@@ -5,6 +5,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/inertial/camera_turns.h"
+#include "deepuav/map/frame_motion.h"
 
 namespace deepuav {
 namespace {
@@ -17,7 +18,7 @@ constexpr double kTypicalReadoutS = 0.02;
 /// come would find is the sum of a geometric series (Aitken's process).
 double Extrapolated(double last_s, double now_s) {
   constexpr double kMaxRatio = 0.75;
-  const double ratio = last_s > 0 ? std::clamp(now_s / last_s, 0.0, kMaxRatio) : 0;
+  const double ratio = last_s != 0 ? std::clamp(now_s / last_s, 0.0, kMaxRatio) : 0;
   return now_s / (1 - ratio);
 }
 
@@ -26,15 +27,14 @@ double Extrapolated(double last_s, double now_s) {
 std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::function<bool()>& stop,
                                                    std::vector<FrameRecord>* records) const {
   std::optional<FoundReadout> found;
-  if (!run_.imu.samples.empty() && run_.imu.mount_is_known)
-    found = FindBy(TurnsBy::kGyroscope, map, stop, records);
-  if (!found) found = FindBy(TurnsBy::kPath, map, stop, records);
+  const bool is_known = run_.camera->readout_s > 0;
+  const bool hears_turns = !run_.imu.samples.empty() && run_.imu.mount_is_known;
+  if (hears_turns) found = FindBy(TurnsBy::kGyroscope, map, stop, records);
+  // One that is known, and as known by the gyroscope, is right.
+  if (!found && !(is_known && hears_turns)) found = FindBy(TurnsBy::kPath, map, stop, records);
   if (found) {
-    Log().info(
-        "the camera reads an image in {:.1f} ms, row by row (standard deviation {:.2f}): a run "
-        "that "
-        "is told so, as by the camera.yaml of this one, corrects images from the first one on",
-        1000 * run_.camera->readout_s, 1000 * found->sigma_s);
+    Log().info("the camera reads an image in {:.1f} ms, row by row (standard deviation {:.2f})",
+               1000 * run_.camera->readout_s, 1000 * found->sigma_s);
   }
   return found;
 }
@@ -42,6 +42,10 @@ std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::functio
 std::optional<FoundReadout> ReadoutFinding::FindBy(TurnsBy source, MapId map,
                                                    const std::function<bool()>& stop,
                                                    std::vector<FrameRecord>* records) const {
+  const bool is_known = run_.camera->readout_s > 0;
+  const auto counts = [&](const FoundReadout& first) {
+    return is_known ? IsOff(first, search_) : IsBelieved(first, search_);
+  };
   std::optional<FoundReadout> found;
   for (int round = 0; round < options_.rounds && !stop(); ++round) {
     ReadoutPath path_per_s = PathPerS(source, map, *records);
@@ -49,7 +53,7 @@ std::optional<FoundReadout> ReadoutFinding::FindBy(TurnsBy source, MapId map,
     if (source == TurnsBy::kPath && !path_per_s.tells_turns) break;
     const auto more = run_.mapper->SearchReadout(
         map, MotionsOfKeyframes(path_per_s, run_.atlas->At(map), run_.first_new_keyframe), stop);
-    if (!more || (!found && !IsBelieved(*more, search_))) break;
+    if (!more || (!found && !counts(*more))) break;
     const double change_s = found ? Extrapolated(found->change_s, more->change_s) : more->change_s;
     found = more;
     run_.camera->readout_s = std::clamp(run_.camera->readout_s + change_s, 0.0, search_.max_s);
@@ -71,9 +75,7 @@ ReadoutPath ReadoutFinding::PathPerS(TurnsBy source, MapId map,
   for (auto& [time, motion] : path.motions) {
     const auto measured = turns.DuringReadout(time);
     if (!measured) continue;
-    const ReadoutMotion per_s = InReadout(*measured, 1 / reading.readout_s);
-    motion.turn_rad = per_s.turn_rad;
-    motion.bend_rad = per_s.bend_rad;
+    motion = WithTurnOf(InReadout(*measured, 1 / reading.readout_s), motion);
   }
   return path;
 }

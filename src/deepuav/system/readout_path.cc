@@ -4,6 +4,7 @@
 
 #include "deepuav/base/option_check.h"
 #include "deepuav/features/readout_correction.h"
+#include "deepuav/map/frame_motion.h"
 
 namespace deepuav {
 namespace {
@@ -16,10 +17,6 @@ ReadoutMotion WithoutTurn(ReadoutMotion motion) {
 
 /// `motion` in the map's units.
 void ChangeMotion(ReadoutMotion motion, const Map& map, const Camera& camera, FrameRecord* record) {
-  if (record->turn_is_measured) {
-    motion.turn_rad = record->seen_motion.turn_rad;
-    motion.bend_rad = record->seen_motion.bend_rad;
-  }
   const double grown = map.GrowthSince(record->pose);
   ReadoutMotion known = record->seen_motion;
   known.travel *= grown;
@@ -60,6 +57,14 @@ ReadoutPath FindReadoutPath(const Atlas& atlas, MapId map, const std::vector<Fra
     if (motion) found.motions[path[i].time] = found.tells_turns ? *motion : WithoutTurn(*motion);
   }
   return found;
+}
+
+void KeepMeasuredTurns(const std::vector<FrameRecord>& records, ReadoutPath* path) {
+  for (const FrameRecord& record : records) {
+    const auto motion = path->motions.find(record.time);
+    if (record.turn_is_measured && motion != path->motions.end())
+      motion->second = WithTurnOf(record.seen_motion, motion->second);
+  }
 }
 
 std::map<KeyframeId, ReadoutMotion> MotionsOfKeyframes(const ReadoutPath& path, const Map& map,

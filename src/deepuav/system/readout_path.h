@@ -45,12 +45,15 @@ ReadoutPath FindReadoutPath(const Atlas& atlas, MapId map, const std::vector<Fra
                             const PoseOfFrame& pose_of_frame, double readout_s,
                             const ReadoutPathOptions& options);
 
+/// Turns that a gyroscope measured stay as they were, in place of the path's.
+void KeepMeasuredTurns(const std::vector<FrameRecord>& records, ReadoutPath* path);
+
 /// Of the keyframes from `first` on.
 std::map<KeyframeId, ReadoutMotion> MotionsOfKeyframes(const ReadoutPath& path, const Map& map,
                                                        KeyframeId first);
 
 /// Has the frames that are located in the map move so: what they saw, and key points that are kept,
-/// get the places that the middle row would have seen then. A turn that a gyroscope measured stays.
+/// get the places that the middle row would have seen then.
 void ChangeMotions(const ReadoutPath& path, const Atlas& atlas, MapId map, const Camera& camera,
                    std::vector<FrameRecord>* records);
 

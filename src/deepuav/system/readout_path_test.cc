@@ -175,7 +175,9 @@ TEST_F(ReadoutPathTest, LeavesATurnThatAGyroscopeMeasured) {
   records_[10].turn_is_measured = true;
   records_[10].motion = records_[10].seen_motion = measured;
   const auto features = records_[10].features;
-  ChangeMotions(Find(), atlas_, MapId{0}, camera_, &records_);
+  ReadoutPath path = Find();
+  KeepMeasuredTurns(records_, &path);
+  ChangeMotions(path, atlas_, MapId{0}, camera_, &records_);
   EXPECT_TRUE(records_[10].seen_motion.TurnsAs(measured));
   EXPECT_FALSE(records_[10].seen_motion.travel.isZero(0));
   EXPECT_EQ(records_[10].features, features);

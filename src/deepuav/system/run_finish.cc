@@ -89,8 +89,9 @@ void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* re
   };
   for (int round = 0; round < options_.readout.rounds && !stop(); ++round) {
     if (round > 0) run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
-    const ReadoutPath path = FindReadoutPath(*run_.atlas, map, result->frames, refined,
-                                             run_.camera->readout_s, options_.readout);
+    ReadoutPath path = FindReadoutPath(*run_.atlas, map, result->frames, refined,
+                                       run_.camera->readout_s, options_.readout);
+    KeepMeasuredTurns(result->frames, &path);
     if (!path.tells_turns && run_.sensors.imu.samples.empty()) {
       Log().warn(
           "map {}: the camera shakes faster than its images come, so that they don't tell "
@@ -107,7 +108,8 @@ void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* re
 
 void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
   const bool goes_on = run_.first_new_keyframe.value > 0;
-  if (!options_.mapping.readout.enabled || run_.camera->readout_s > 0 || goes_on) return;
+  const bool is_wanted = run_.camera->readout_s == 0 || options_.mapping.readout.refine_known;
+  if (!options_.mapping.readout.enabled || !is_wanted || goes_on) return;
   const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
   const ReadoutFinding finding(
       options_.readout, options_.mapping.readout,

@@ -106,6 +106,20 @@ TEST(SlamRollingShutter, FindsAReadoutThatNobodyTold) {
             0.6 * ErrorOnceStarted(taken_for_none.result, flight));
 }
 
+TEST(SlamRollingShutter, MendsAReadoutThatWasToldWrongly) {
+  SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 1.5);
+  flight.camera.readout_s = 0.8 * kReadoutS;
+  SystemOptions options = ThatFewKeyframesTell();
+  const Outcome as_told = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(as_told.result.readout);
+  EXPECT_EQ(as_told.slam->camera().readout_s, flight.camera.readout_s);
+  options.mapping.readout.refine_known = true;
+  const Outcome mended = Fly(flight, Schedule::kSequential, options);
+  ASSERT_TRUE(mended.result.readout);
+  EXPECT_NEAR(mended.slam->camera().readout_s, kReadoutS, 0.001);
+  EXPECT_LT(ErrorOnceStarted(mended.result, flight), ErrorOnceStarted(as_told.result, flight));
+}
+
 /// What a gyroscope and an accelerometer in the camera measure of ShakenAt, with z up.
 ImuStream SensedOn(int frames, double shaking_hz) {
   constexpr double kStepS = 0.0025;
