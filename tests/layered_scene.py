@@ -1,4 +1,5 @@
 """A sequence that SLAM can follow, drawn with nothing but the standard library: patterned cards at several depths."""
+import math
 import random
 import shutil
 import struct
@@ -10,15 +11,26 @@ CARDS = 160
 STEP_M = 0.06
 
 
-def euroc(folder, frames, seed=1):
-    """An EuRoC sequence of a camera that moves sideways, 10 images a second."""
+def straight(frame):
+    """Where the camera is at a frame."""
+    return frame * STEP_M, 0.2 * frame * STEP_M
+
+
+def weaving(frame):
+    return frame * STEP_M + 0.3 * math.sin(0.5 * frame), 0.3 * math.cos(0.4 * frame)
+
+
+def euroc(folder, frames, seed=1, path=straight, readout_s=0):
+    """An EuRoC sequence of a camera that moves sideways, 10 images a second, and does not say how long it takes to read
+    one, row by row."""
     data = folder / "mav0/cam0/data"
     data.mkdir(parents=True)
     cards = make_cards(random.Random(seed))
     lines = ["#timestamp [ns],filename"]
     for index in range(frames):
         time = 10**9 + index * 10**8
-        (data / f"{time}.png").write_bytes(png(draw(cards, index * STEP_M, 0.2 * index * STEP_M)))
+        places = [path(index + (row / (HEIGHT - 1) - 0.5) * readout_s * 10) for row in range(HEIGHT)]
+        (data / f"{time}.png").write_bytes(png(draw(cards, places)))
         lines.append(f"{time},{time}.png")
     (folder / "mav0/cam0/data.csv").write_text("\n".join(lines) + "\n")
     (folder / "mav0/cam0/sensor.yaml").write_text(
@@ -48,18 +60,31 @@ def make_cards(generator):
     return sorted(cards, reverse=True)
 
 
-def draw(cards, x, y):
-    """The image, row by row, from a camera at (x, y, 0) that looks along z."""
+def draw(cards, places):
+    """The image, row by row, each from a camera at its own (x, y, 0) that looks along z."""
     rows = [bytearray([60]) * WIDTH for _ in range(HEIGHT)]
+    first = 0
+    while first < HEIGHT:
+        last = first
+        while last < HEIGHT and places[last] == places[first]:
+            last += 1
+        draw_rows(cards, *places[first], rows, first, last)
+        first = last
+    return rows
+
+
+def draw_rows(cards, x, y, rows, first, last):
+    """The rows from `first` to before `last`."""
     for depth, left, top, size, grey, pattern in cards:
+        if edge(top - y, depth, HEIGHT) >= last or edge(top + size - y, depth, HEIGHT) <= first:
+            continue
         cells = len(pattern)
+        lines = [min(max(edge(top + size * i / cells - y, depth, HEIGHT), first), last) for i in range(cells + 1)]
         columns = [edge(left + size * i / cells - x, depth, WIDTH) for i in range(cells + 1)]
-        lines = [edge(top + size * i / cells - y, depth, HEIGHT) for i in range(cells + 1)]
         for i in range(cells):
             strip = b"".join(bytes([grey + pattern[i][j]]) * (columns[j + 1] - columns[j]) for j in range(cells))
             for row in rows[lines[i]:lines[i + 1]]:
                 row[columns[0]:columns[0] + len(strip)] = strip
-    return rows
 
 
 def edge(offset, depth, length):

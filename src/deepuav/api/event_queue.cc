@@ -78,6 +78,7 @@ void EventQueue::Tell(const Event& event, std::int64_t dropped) {
     if (const auto* frame = std::get_if<FrameEvent>(&event)) observer_->OnFrame(*frame);
     if (const auto* keyframe = std::get_if<KeyframeEvent>(&event)) observer_->OnKeyframe(*keyframe);
     if (const auto* map = std::get_if<MapEvent>(&event)) observer_->OnMap(*map);
+    if (std::holds_alternative<Restart>(event)) observer_->OnRestart();
   } catch (...) {
     is_broken_ = true;
     Log().warn("an observer threw and is told nothing more");
@@ -89,6 +90,7 @@ Observer::~Observer() = default;
 void Observer::OnFrame(const FrameEvent& /*event*/) {}
 void Observer::OnKeyframe(const KeyframeEvent& /*event*/) {}
 void Observer::OnMap(const MapEvent& /*event*/) {}
+void Observer::OnRestart() {}
 void Observer::OnDropped(std::int64_t /*dropped*/) {}
 
 }  // namespace deepuav::api

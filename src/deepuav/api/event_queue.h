@@ -24,9 +24,11 @@ class EventQueue : public ::deepuav::RunObserver {
   void OnFrame(const FrameRecord& record, const ::deepuav::Frame& frame) override;
   void OnKeyframe(::deepuav::KeyframeEvent event) override;
   void OnMap(const ::deepuav::MapEvent& event) override;
+  void OnRestart() override { Push(Restart{}); }
 
  private:
-  using Event = std::variant<FrameEvent, KeyframeEvent, MapEvent>;
+  struct Restart {};
+  using Event = std::variant<FrameEvent, KeyframeEvent, MapEvent, Restart>;
 
   void Push(Event event);
   void Deliver();

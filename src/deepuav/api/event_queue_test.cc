@@ -27,11 +27,16 @@ class Recorder : public Observer {
     if (throws) throw std::runtime_error("no");
   }
   void OnMap(const MapEvent& event) override { maps.push_back(event); }
+  void OnRestart() override {
+    ++restarts;
+    frames.clear();
+  }
   void OnDropped(std::int64_t count) override { dropped += count; }
 
   std::vector<Frame> frames;
   std::vector<MapEvent> maps;
   std::int64_t dropped = 0;
+  int restarts = 0;
   bool block = false, throws = false;
   std::shared_future<void> released;
 };
@@ -59,6 +64,18 @@ TEST(EventQueue, TellsAllInOrderBeforeItEnds) {
   EXPECT_EQ(recorder.maps[0].change, MapChange::kMerged);
   EXPECT_EQ(recorder.maps[0].map, 1);
   EXPECT_EQ(recorder.maps[0].into, 0);
+}
+
+TEST(EventQueue, TellsThatARunBeginsAnewInItsPlace) {
+  Recorder recorder;
+  {
+    EventQueue queue(&recorder, kPlenty);
+    for (int64_t id : {0, 1, 2}) queue.OnFrame(RecordOf(id), {});
+    queue.OnRestart();
+    for (int64_t id : {0, 1}) queue.OnFrame(RecordOf(id), {});
+  }
+  EXPECT_EQ(recorder.restarts, 1);
+  EXPECT_THAT(Ids(recorder), ElementsAre(0, 1));
 }
 
 TEST(EventQueue, DropsTheOldestOfASlowObserverAndCounts) {

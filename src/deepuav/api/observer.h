@@ -44,6 +44,8 @@ class DEEPUAV_API Observer {
   virtual void OnFrame(const FrameEvent& event);
   virtual void OnKeyframe(const KeyframeEvent& event);
   virtual void OnMap(const MapEvent& event);
+  /// All that was told is void: the run begins anew at the first image, knowing its camera better.
+  virtual void OnRestart();
   /// `dropped` events before the next one were not delivered.
   virtual void OnDropped(std::int64_t dropped);
 };

@@ -38,6 +38,11 @@ std::optional<TimedImage> DatasetImages::Next() {
   return std::nullopt;
 }
 
+void DatasetImages::Rewind() {
+  next_ = start_;
+  unreadable_ = 0;
+}
+
 std::optional<Timestamp> DatasetImages::UpcomingTime(int ahead) const {
   const int64_t frame = next_ + static_cast<int64_t>(ahead) * stride_;
   if (frame >= end_) return std::nullopt;

@@ -23,6 +23,8 @@ class DatasetImages : public ImageSource {
   std::optional<TimedImage> Next() override;
   std::optional<Timestamp> UpcomingTime(int ahead) const override;
   void Skip() override { next_ += stride_; }
+  /// Back to the first frame.
+  void Rewind();
   int count() const { return 1 + (end_ - start_ - 1) / stride_; }
   int unreadable() const { return unreadable_; }
 

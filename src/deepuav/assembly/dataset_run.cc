@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "deepuav/assembly/wrong_use.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/system/photo_survey.h"
 
@@ -18,6 +19,12 @@ std::unique_ptr<Dataset> Open(const DatasetRequest& request, DatasetOptions opti
   CheckSensorList(request.use);
   options.camera_file = request.camera;
   return OpenDataset(request.dataset, options);
+}
+
+/// Of a run that ended in time.
+bool WasSpoilt(const SlamResult& result, const ReadoutSearchOptions& options) {
+  return !result.stopped && result.failure.empty() && result.readout &&
+         result.readout->cost_share >= options.begin_anew_share;
 }
 
 }  // namespace
@@ -121,24 +128,57 @@ void DatasetRun::RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& h
 
 void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
                             const RunHooks& hooks, FinishedRun* run) {
-  Slam slam(camera, options_.system, eyes->perception());
-  if (loaded) slam.Load(std::move(loaded->atlas));
-  slam.UseSensors(std::move(sensors_.streams));
-  slam.Observe(hooks.observer);
-  run->result = slam.Run(
-      &images_, schedule_,
-      [&](const FrameRecord& record) {
-        hooks.progress(record.id, record.located() ? "tracking" : record.reason);
-      },
-      hooks.stop);
-  run->atlas = slam.TakeAtlas();
-  run->camera = slam.camera();
+  Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
+  if (schedule_ != Schedule::kLive && WasSpoilt(pass.result, options_.system.mapping.readout))
+    pass = PassAnew(std::move(pass), hooks);
+  run->result = std::move(pass.result);
+  run->atlas = std::move(pass.atlas);
+  run->camera = pass.camera;
   if (run->result.lens) lens_ = RefinedLens{*run->result.lens, 0};
   if (run->result.readout) {
     if (!lens_) lens_.emplace();
     lens_->readout_s = run->camera.readout_s;
     lens_->sigmas.readout_s = run->result.readout->sigma_s;
   }
+}
+
+DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions& options,
+                                      Eyes* eyes, std::optional<LoadedAtlas> loaded,
+                                      const RunHooks& hooks) {
+  Slam slam(camera, options, eyes->perception());
+  if (loaded) slam.Load(std::move(loaded->atlas));
+  slam.UseSensors(sensors_.streams);
+  slam.Observe(hooks.observer);
+  Pass pass;
+  pass.result = slam.Run(
+      &images_, schedule_,
+      [&](const FrameRecord& record) {
+        hooks.progress(record.id, record.located() ? "tracking" : record.reason);
+      },
+      hooks.stop);
+  pass.atlas = slam.TakeAtlas();
+  pass.camera = slam.camera();
+  return pass;
+}
+
+DatasetRun::Pass DatasetRun::PassAnew(Pass spoilt, const RunHooks& hooks) {
+  Log().info("the map was spoilt before that was known: once more from the first image on");
+  images_.Rewind();
+  if (hooks.observer) hooks.observer->OnRestart();
+  if (hooks.work) hooks.work("images, once more", 0, images_.count());
+  SystemOptions knowing = options_.system;
+  knowing.mapping.readout.refine_known = true;
+  Eyes eyes(spoilt.camera, options_);
+  Pass pass = PassOver(spoilt.camera, knowing, &eyes, std::nullopt, hooks);
+  if (pass.result.stopped || !pass.result.failure.empty()) {
+    Log().warn("that ended early: the results are those of the first time");
+    spoilt.result.stopped = pass.result.stopped;
+    spoilt.result.failure = pass.result.failure;
+    return spoilt;
+  }
+  if (!pass.result.readout) pass.result.readout = spoilt.result.readout;
+  if (!pass.result.lens) pass.result.lens = spoilt.result.lens;
+  return pass;
 }
 
 }  // namespace deepuav

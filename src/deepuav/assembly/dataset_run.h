@@ -51,6 +51,17 @@ class DatasetRun {
   void RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
                   const RunHooks& hooks, FinishedRun* run);
 
+  /// What one way through the images leaves behind.
+  struct Pass {
+    SlamResult result;
+    Atlas atlas;
+    Camera camera;
+  };
+  Pass PassOver(const Camera& camera, const SystemOptions& options, Eyes* eyes,
+                std::optional<LoadedAtlas> loaded, const RunHooks& hooks);
+  /// Once more, with the camera that `spoilt` ended with; `spoilt` itself where that ends early.
+  Pass PassAnew(Pass spoilt, const RunHooks& hooks);
+
   const Stopwatch since_start_;
   const DatasetRequest request_;
   const std::unique_ptr<RunSettings> settings_;

@@ -21,8 +21,8 @@ struct FinishedRun {
 struct RunHooks {
   /// After each frame, in the run's thread, with a word on how it goes.
   std::function<void(FrameId frame, const std::string& state)> progress = {};
-  /// Of photographs that are made a map all at once, after the last of them: so many of all `what`
-  /// (a plural) are done.
+  /// So many of all `what` (a plural) are done: of photographs that are made a map all at once,
+  /// after the last of them, and of a run that begins anew.
   SurveyTelling::Work work = {};
   std::function<bool()> stop = {};  ///< Asked in any thread.
   RunObserver* observer = nullptr;

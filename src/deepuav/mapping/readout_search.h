@@ -21,6 +21,9 @@ struct ReadoutSearchOptions {
   double max_s = 0.05;            ///< ...and no camera takes longer.
   bool refine_known = false;      ///< Of a readout that was told, find how much it is off...
   double off_sigmas = 3;          ///< ...if by so many standard deviations at least.
+  /// Of the errors of a map, corrected for a readout as often as it is, that it still saves, from
+  /// which on the map was spoilt.
+  double begin_anew_share = 0.05;
 
   void Check() const;
   template <typename Visitor>
@@ -38,6 +41,10 @@ struct ReadoutSearchOptions {
     visit("refine_known", refine_known, "", "find how much a readout is off that was told");
     visit("off_sigmas", off_sigmas, "",
           "that much over its standard deviation, from which on it is mended", Between(0, 1e6));
+    visit("begin_anew_share", begin_anew_share, "",
+          "share of the errors that the last round of finding a readout saves, from which on a "
+          "dataset is run once more with it from its first image on; 1: never",
+          Between(0, 1));
   }
 };
 

@@ -33,6 +33,9 @@ class ObserverList : public RunObserver {
   void OnMapState(const Map& map) override {
     for (RunObserver* observer : observers_) observer->OnMapState(map);
   }
+  void OnRestart() override {
+    for (RunObserver* observer : observers_) observer->OnRestart();
+  }
   void OnStage(const std::string& stage, double seconds) override {
     for (RunObserver* observer : observers_) observer->OnStage(stage, seconds);
   }

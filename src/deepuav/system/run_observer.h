@@ -65,6 +65,8 @@ class RunObserver {
   virtual void OnSketch(const MapSketch& /*sketch*/) {}
   /// After every keyframe and change, with the map as it is now: to be read during the call only.
   virtual void OnMapState(const Map& /*map*/) {}
+  /// All that was told is void: the run begins anew at the first image, knowing its camera better.
+  virtual void OnRestart() {}
   /// A stage ended that took so long.
   virtual void OnStage(const std::string& /*stage*/, double /*seconds*/) {}
 };

@@ -111,4 +111,14 @@ void ViewObserver::OnMapState(const Map& map) {
   model_->SetMap(std::move(view));
 }
 
+void ViewObserver::OnRestart() {
+  const std::scoped_lock lock(mutex_);
+  path_.clear();
+  every_ = 1;
+  map_was_shown_ = changed_ = false;
+  closed_loops_ = merged_maps_ = 0;
+  model_->CountChanges(closed_loops_, merged_maps_);
+  model_->AddEvent("the run begins anew, knowing its camera better");
+}
+
 }  // namespace deepuav

@@ -22,6 +22,7 @@ class ViewObserver : public RunObserver {
   void OnMap(const MapEvent& event) override;
   void OnSketch(const MapSketch& sketch) override { model_->SetMap(ViewOf(sketch)); }
   void OnMapState(const Map& map) override;
+  void OnRestart() override;
   void OnStage(const std::string& stage, double seconds) override {
     model_->AddStage(stage, seconds);
   }
