@@ -165,7 +165,7 @@ DatasetRun::Pass DatasetRun::PassAnew(Pass spoilt, const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
   if (hooks.observer) hooks.observer->OnRestart();
-  if (hooks.work) hooks.work("images, once more", 0, images_.count());
+  if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;
   knowing.mapping.readout.refine_known = true;
   Eyes eyes(spoilt.camera, options_);
