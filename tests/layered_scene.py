@@ -30,7 +30,7 @@ def euroc(folder, frames, seed=1, path=straight, readout_s=0):
     for index in range(frames):
         time = 10**9 + index * 10**8
         places = [path(index + (row / (HEIGHT - 1) - 0.5) * readout_s * 10) for row in range(HEIGHT)]
-        (data / f"{time}.png").write_bytes(png(draw(cards, places)))
+        (data / f"{time}.png").write_bytes(png(draw_by_rows(cards, places)))
         lines.append(f"{time},{time}.png")
     (folder / "mav0/cam0/data.csv").write_text("\n".join(lines) + "\n")
     (folder / "mav0/cam0/sensor.yaml").write_text(
@@ -60,8 +60,13 @@ def make_cards(generator):
     return sorted(cards, reverse=True)
 
 
-def draw(cards, places):
-    """The image, row by row, each from a camera at its own (x, y, 0) that looks along z."""
+def draw(cards, x, y):
+    """The image, row by row, from a camera at (x, y, 0) that looks along z."""
+    return draw_by_rows(cards, [(x, y)] * HEIGHT)
+
+
+def draw_by_rows(cards, places):
+    """The image, each row from a camera at its own (x, y, 0)."""
     rows = [bytearray([60]) * WIDTH for _ in range(HEIGHT)]
     first = 0
     while first < HEIGHT:
