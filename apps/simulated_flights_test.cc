@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "deepuav/base/random.h"
 #include "deepuav/simulation/flight_plan.h"
 #include "deepuav/simulation/world.h"
