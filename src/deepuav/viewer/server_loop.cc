@@ -4,6 +4,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
@@ -112,7 +113,14 @@ void ServerLoop::Run() {
   }
 }
 
-void ServerLoop::Stop() { context_.stop(); }
+void ServerLoop::Stop() {
+  asio::post(context_, [this] { since_stop_.emplace(); });
+}
+
+void ServerLoop::GoOnEnding() {
+  all_is_told_ = true;
+  if (viewers_.empty() || since_stop_->Seconds() >= options_.farewell_s) context_.stop();
+}
 
 ServerLoop::Task<> ServerLoop::Accept() {
   asio::steady_timer pause(context_);
@@ -146,7 +154,7 @@ ServerLoop::Task<> ServerLoop::Tick() {
     error_code problem;
     co_await timer.async_wait(Telling(&problem));
     try {
-      model_->Refresh();
+      if (!all_is_told_) model_->Refresh(since_stop_.has_value());
     } catch (const std::exception& error) {
       Log().debug("view: {}", error.what());
     }
@@ -155,6 +163,7 @@ ServerLoop::Task<> ServerLoop::Tick() {
           viewer->since_write_began->Seconds() > options_.write_timeout_s)
         Close(viewer.get());
     }
+    if (since_stop_) GoOnEnding();
   }
 }
 
@@ -264,6 +273,10 @@ ServerLoop::Task<> ServerLoop::SendAll(ViewerPtr viewer) {
   while (!viewer->is_over) {
     error_code problem;
     const std::optional<ViewMessage> message = model_->Next(&cursor);
+    if (!message && all_is_told_) {
+      co_await viewer->socket.async_close(websocket::close_code::going_away, Telling(&problem));
+      break;
+    }
     if (!message) {
       timer.expires_after(Seconds(kTickInterval));
       co_await timer.async_wait(Telling(&problem));

@@ -32,7 +32,7 @@ class ServerLoop {
 
   ServerLoop(ViewModel* model, const ViewServerOptions& options);
 
-  /// Until Stop().
+  /// Until all viewers have got what there was when Stop() was called.
   void Run();
   /// Thread-safe.
   void Stop();
@@ -58,6 +58,7 @@ class ServerLoop {
   Task<> Watch(ViewerPtr viewer, Parser::value_type request);
   Task<> Listen(ViewerPtr viewer);
   Task<> SendAll(ViewerPtr viewer);
+  void GoOnEnding();
   void MakeRoom();
   void CountMessage(Viewer* viewer) const;
   void Close(Viewer* viewer) const;
@@ -70,6 +71,8 @@ class ServerLoop {
   AccessRules rules_;
   std::list<std::shared_ptr<Stream>> connections_;  ///< Not viewers, the oldest first.
   std::set<ViewerPtr> viewers_;
+  std::optional<Stopwatch> since_stop_;
+  bool all_is_told_ = false;  ///< What the model has is what viewers leave with.
 };
 
 }  // namespace deepuav

@@ -117,11 +117,11 @@ void ViewModel::Publish(Topic topic, std::string bytes) {
   published.bytes = std::make_shared<const std::string>(std::move(bytes));
 }
 
-void ViewModel::Refresh() {
+void ViewModel::Refresh(bool is_end) {
   if (!IsWatched()) return;
   std::unique_lock lock(mutex_);
   const bool is_new = frames_ != pictured_;
-  if (since_status_.Seconds() >= (is_new ? kStatusInterval : kIdleStatusInterval)) {
+  if (is_end || since_status_.Seconds() >= (is_new ? kStatusInterval : kIdleStatusInterval)) {
     since_status_.Restart();
     const auto ask = feed_;
     lock.unlock();
@@ -131,7 +131,7 @@ void ViewModel::Refresh() {
   }
   std::optional<MapView> map = std::exchange(new_map_, std::nullopt);
   std::optional<FrameView> pictured;
-  if (is_new && !frame_.image.empty() && since_picture_.Seconds() >= kPictureInterval) {
+  if (is_new && !frame_.image.empty() && (is_end || since_picture_.Seconds() >= kPictureInterval)) {
     since_picture_.Restart();
     pictured_ = frames_;
     pictured = frame_;

@@ -49,8 +49,9 @@ class ViewModel {
   bool IsWatched() const { return watchers_ > 0; }
   void CountWatchers(int change) { watchers_ += change; }
 
-  /// Makes messages of what is new; called by the server's thread alone.
-  void Refresh();
+  /// Makes messages of what is new; called by the server's thread alone. At the end nothing waits
+  /// until it is due.
+  void Refresh(bool is_end = false);
   /// A message that the client has not got; nothing where it has all.
   std::optional<ViewMessage> Next(ViewCursor* cursor) const;
 

@@ -18,6 +18,7 @@ struct ViewServerOptions {
   double request_timeout_s = 5;   ///< For a request to be complete.
   double write_timeout_s = 10;    ///< For a client to take a message.
   double silence_timeout_s = 20;  ///< Without a sign of life.
+  double farewell_s = 2;          ///< At the end, for clients to take the newest of all.
   int most_messages_per_s = 20;   ///< From a client, which has nothing to say.
 
   /// Throws Error for values that cannot be.
@@ -36,6 +37,8 @@ struct ViewServerOptions {
           Between(0.01, 3600));
     visit("silence_timeout_s", silence_timeout_s, "s", "without a sign of life",
           Between(0.01, 3600));
+    visit("farewell_s", farewell_s, "s", "at the end, for clients to take the newest of all",
+          Between(0, 60));
     visit("most_messages_per_s", most_messages_per_s, "", "from a client", Between(1, 100'000));
   }
 };
@@ -46,6 +49,7 @@ class ViewServer {
  public:
   /// `model` must outlive it. Throws Error where the port cannot be had.
   ViewServer(ViewModel* model, const ViewServerOptions& options);
+  /// Who looks gets what `model` was told last, and is bidden farewell.
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;
   ViewServer& operator=(const ViewServer&) = delete;
