@@ -5,6 +5,7 @@
 namespace deepuav {
 
 void RecordKeeper::Limit(std::vector<FrameRecord>* records) {
+  CountInMap(records->back());
   LimitFeatures(records);
   ThinOld(records);
   ForgetOldest(records);
@@ -12,15 +13,25 @@ void RecordKeeper::Limit(std::vector<FrameRecord>* records) {
 
 void RecordKeeper::End(std::vector<FrameRecord>* records) const {
   // The last frame has no next one to wait for.
-  if (records->empty()) return;
+  if (records->empty() || last_is_young_) return;
   if (!SeesLittle(*records, records->size() - 1, limits_.min_neighbour_share))
     records->back().features.reset();
+}
+
+void RecordKeeper::CountInMap(const FrameRecord& last) {
+  if (last.located() && last.map != newest_map_) {
+    newest_map_ = last.map;
+    in_newest_map_ = 0;
+  }
+  if (last.located()) ++in_newest_map_;
+  before_is_young_ =
+      std::exchange(last_is_young_, last.located() && in_newest_map_ <= limits_.young_map_frames);
 }
 
 void RecordKeeper::LimitFeatures(std::vector<FrameRecord>* records) {
   const size_t last = records->size() - 1;
   // Only now both neighbours of the frame before are known.
-  if (!with_features_.empty() && with_features_.back() + 1 == last &&
+  if (!before_is_young_ && !with_features_.empty() && with_features_.back() + 1 == last &&
       !SeesLittle(*records, last - 1, limits_.min_neighbour_share)) {
     (*records)[last - 1].features.reset();
     with_features_.pop_back();

@@ -12,6 +12,7 @@ namespace deepuav {
 struct RecordLimits {
   double min_neighbour_share = 0;
   int max_unlocated_frames = 0;
+  int young_map_frames = 0;
   int full_record_frames = 0;
   int old_record_landmarks = 0;
   int max_records = 0;  ///< 0: no limit.
@@ -33,11 +34,16 @@ class RecordKeeper {
 
  private:
   void LimitFeatures(std::vector<FrameRecord>* records);
+  /// Counts the frames of the map that the last one is in.
+  void CountInMap(const FrameRecord& last);
   void ThinOld(std::vector<FrameRecord>* records) const;
   void ForgetOldest(std::vector<FrameRecord>* records);
 
   const RecordLimits limits_;
   std::deque<size_t> with_features_;  ///< Records that keep their features, by growing index.
+  MapId newest_map_;
+  int64_t in_newest_map_ = 0;                             ///< Frames, so far.
+  bool last_is_young_ = false, before_is_young_ = false;  ///< Of the two latest records.
   int64_t forgotten_ = 0;
 };
 

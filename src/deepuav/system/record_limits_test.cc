@@ -22,6 +22,7 @@ FrameRecord Located(int64_t id, int landmarks) {
 RecordLimits Limits() {
   return {.min_neighbour_share = 0.5,
           .max_unlocated_frames = 4,
+          .young_map_frames = 0,
           .full_record_frames = 3,
           .old_record_landmarks = 2,
           .max_records = 0};
@@ -46,6 +47,26 @@ TEST(RecordKeeper, LetsGoOfTheFeaturesOfSureFrames) {
   EXPECT_EQ(records[1].seen.size(), 2u);
   EXPECT_EQ(records[3].seen.size(), 10u);
   EXPECT_EQ(keeper.forgotten(), 0);
+}
+
+TEST(RecordKeeper, KeepsTheFeaturesOfTheFirstFramesOfEachMap) {
+  RecordLimits limits = Limits();
+  limits.young_map_frames = 2;
+  limits.max_unlocated_frames = 100;
+  RecordKeeper keeper(limits);
+  std::vector<FrameRecord> records;
+  for (int64_t id = 0; id < 12; ++id) {
+    records.push_back(Located(id, 10));
+    if (id < 1) records.back().map = {};
+    if (id >= 6) records.back().map = {1};
+    keeper.Limit(&records);
+  }
+  keeper.End(&records);
+  std::vector<int64_t> with_features;
+  for (const FrameRecord& record : records) {
+    if (record.features) with_features.push_back(record.id.value);
+  }
+  EXPECT_THAT(with_features, ElementsAre(0, 1, 2, 6, 7)) << "the one without a pose, and two a map";
 }
 
 TEST(RecordKeeper, ForgetsEverySecondOfTheOlderHalf) {

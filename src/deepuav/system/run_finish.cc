@@ -49,6 +49,7 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
     }
   };
   attempt([&] { AdjustAll(stop, result); });
+  attempt([&] { LocateDoubtful(stop, &result->frames); });
   attempt([&] { MakeMetricAll(stop, result); });
   BriefMaps brief(run_.atlas, run_.first_new_keyframe, options_.max_brief_frames);
   if (!options_.localise_only) attempt([&] { brief.SetAside(&result->frames); });
@@ -187,6 +188,13 @@ FrameLocator RunFinish::MakeThoroughLocator() const {
   LocatorOptions thorough = options_.tracking.locator;
   thorough.reference_tries = options_.end_reference_tries;
   return {*run_.camera, thorough, run_.matcher, nullptr};
+}
+
+void RunFinish::LocateDoubtful(const Stop& stop, std::vector<FrameRecord>* records) const {
+  PlaceInMaps(*run_.atlas, records);
+  const StageScope stage(run_.clock, "finish trajectory");
+  FrameLocator locator = MakeThoroughLocator();
+  MakeTrajectoryFinish(&locator).LocateDoubtful(records, stop);
 }
 
 void RunFinish::FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const {

@@ -58,6 +58,8 @@ class RunFinish {
   void GeoreferenceAll(const Stop& stop, SlamResult* result) const;
   TrajectoryFinish MakeTrajectoryFinish(FrameLocator* locator) const;
   FrameLocator MakeThoroughLocator() const;
+  /// Before anything is asked of the path as a whole.
+  void LocateDoubtful(const Stop& stop, std::vector<FrameRecord>* records) const;
   void FinishTrajectory(const Stop& stop, std::vector<FrameRecord>* records) const;
   /// How many brief maps are given up.
   int RestoreBrief(BriefMaps* brief, const Stop& stop, std::vector<FrameRecord>* records) const;

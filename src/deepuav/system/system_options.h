@@ -21,6 +21,8 @@ struct SystemOptions {
                                      ///< less: the frame is located again at the end.
   int max_unlocated_frames =
       600;  ///< Frames without a sure pose whose features are kept to locate them at the end.
+  /// First frames of a map that are located again at the end: what they saw may not have lasted.
+  int young_map_frames = 30;
   int full_record_frames =
       3000;  ///< Latest frames of which all that they saw is kept to refine their poses at the end.
   int old_record_landmarks = 80;  ///< Kept of what an earlier frame saw.
@@ -64,6 +66,8 @@ struct SystemOptions {
           Between(0, 1));
     visit("max_unlocated_frames", max_unlocated_frames, "",
           "frames without a sure pose that are kept to locate at the end", Between(0, 1'000'000));
+    visit("young_map_frames", young_map_frames, "",
+          "first frames of a map that are located again at the end", Between(0, 1'000'000));
     visit("full_record_frames", full_record_frames, "",
           "latest frames of which all landmarks seen are kept to refine their poses at the end",
           Between(0, 100'000'000));

@@ -21,6 +21,15 @@ TrajectoryFinish::TrajectoryFinish(const Camera& camera, const LocatorOptions& o
 
 void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
                               const std::function<bool()>& stop) const {
+  RefineAll(records, stop);
+  for (FrameRecord& record : *records) {
+    if (record.located()) record.features.reset();
+  }
+  LocateLost(records, stop);
+}
+
+void TrajectoryFinish::RefineAll(std::vector<FrameRecord>* records,
+                                 const std::function<bool()>& stop) const {
   const std::map<FrameId, const Keyframe*> keyframes = TrustedKeyframes();
   for (FrameRecord& record : *records) {
     if (stop && stop()) return;
@@ -29,13 +38,10 @@ void TrajectoryFinish::Finish(std::vector<FrameRecord>* records,
       const Keyframe& keyframe = *known->second;
       record.pose = {keyframe.id, SE3(), keyframe.scale};
       record.cam_from_world = keyframe.cam_from_world;
-      record.features.reset();
     } else {
       Refine(&record);
     }
   }
-  LocateDoubtful(records, stop);
-  LocateLost(records, stop);
 }
 
 void TrajectoryFinish::LocateLost(std::vector<FrameRecord>* records,
@@ -85,14 +91,17 @@ void TrajectoryFinish::Refine(FrameRecord* record) const {
 
 void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,
                                       const std::function<bool()>& stop) const {
+  RefineAll(records, stop);
+  const std::map<FrameId, const Keyframe*> keyframes = TrustedKeyframes();
   for (size_t i = 0; i < records->size(); ++i) {
     FrameRecord& record = (*records)[i];
-    if (!record.located() || !record.features) continue;
+    if (!record.located() || !record.features || keyframes.contains(record.id)) continue;
     if (stop && stop()) return;
     FrameRecord again = record;
-    if (LocateBetween(*records, i, &again) && again.landmark_count > record.landmark_count)
-      record = std::move(again);
-    record.features.reset();
+    if (!LocateBetween(*records, i, &again) || again.landmark_count <= record.landmark_count)
+      continue;
+    again.features = std::move(record.features);
+    record = std::move(again);
   }
 }
 

@@ -20,9 +20,13 @@ class TrajectoryFinish {
                    KeyframeId first_new_keyframe, FrameLocator* locator);
 
   /// Takes over the poses of keyframes, optimises every other located frame once more against the
-  /// final map, locates doubtful ones again from their neighbours, then those without a pose
-  /// outwards from their located neighbours, first backwards, then forwards, until `stop`, asked
-  /// before each, says true.
+  /// map, and locates those that still have their features, which are doubtful, again from their
+  /// neighbours, until `stop`, asked before each, says true.
+  void LocateDoubtful(std::vector<FrameRecord>* records,
+                      const std::function<bool()>& stop = nullptr) const;
+
+  /// The same poses by the final map, then those of frames without one, outwards from their located
+  /// neighbours, first backwards, then forwards. Located frames lose their features.
   void Finish(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
   /// The last step alone: frames without a pose from their located neighbours.
@@ -39,7 +43,8 @@ class TrajectoryFinish {
   void Refine(FrameRecord* record) const;
   /// The keyframes of this run that see enough to be trusted.
   std::map<FrameId, const Keyframe*> TrustedKeyframes() const;
-  void LocateDoubtful(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
+  /// The poses of frames in the map as it is.
+  void RefineAll(std::vector<FrameRecord>* records, const std::function<bool()>& stop) const;
   /// Frame i anew from its neighbours in the same map, or from one where the other is not in it.
   bool LocateBetween(const std::vector<FrameRecord>& records, size_t i, FrameRecord* record) const;
   void LocateTowards(int step, std::vector<FrameRecord>* records,

@@ -60,8 +60,9 @@ class TrajectoryFinishTest : public testing::Test, protected StraightFlight {
 
   void Finish() {
     FrameLocator locator(world_.camera(), {}, &matcher_, nullptr);
-    TrajectoryFinish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator)
-        .Finish(&records_);
+    const TrajectoryFinish finish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator);
+    finish.LocateDoubtful(&records_);
+    finish.Finish(&records_);
   }
 
   double Error(size_t i) const {
@@ -99,6 +100,28 @@ TEST_F(TrajectoryFinishTest, TheLastFrameTrackedIsLocatedFromThoseBefore) {
   Finish();
   EXPECT_LT(Error(kFrames - 1), 0.03);
   EXPECT_GT(records_.back().landmark_count, 100);
+}
+
+TEST_F(TrajectoryFinishTest, FramesOfWhichNothingLastedAreLocatedOneAfterAnother) {
+  // As while a map is young: what they saw is gone, and all of them stand where it put them.
+  for (size_t i = 5; i < 12; ++i) {
+    Spoil(i);
+    for (FrameRecord::Seen& seen : records_[i].seen) seen.landmark = {};
+  }
+  Finish();
+  for (size_t i = 5; i < 12; ++i) EXPECT_LT(Error(i), 0.03) << i;
+}
+
+TEST_F(TrajectoryFinishTest, ADoubtfulFrameKeepsItsFeaturesUntilAllIsFinished) {
+  Spoil(12);
+  FrameLocator locator(world_.camera(), {}, &matcher_, nullptr);
+  const TrajectoryFinish finish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator);
+  finish.LocateDoubtful(&records_);
+  EXPECT_LT(Error(12), 0.03);
+  EXPECT_EQ(records_[12].features, features_[12]) << "its map may yet turn out to be a brief one";
+  finish.Finish(&records_);
+  EXPECT_LT(Error(12), 0.03);
+  EXPECT_FALSE(records_[12].features);
 }
 
 TEST_F(TrajectoryFinishTest, AFrameWithoutNeighboursStaysAsItIs) {
