@@ -33,6 +33,14 @@ struct KeyframeRequest {
   std::vector<ViewCount> views;
 };
 
+/// Another pose for a keyframe, with all that it sees from there.
+struct KeyframeRelocation {
+  KeyframeId keyframe;
+  SE3 cam_from_world;
+  Frame frame;  ///< Corrected for how the camera moved along that path while it was read.
+  std::vector<LandmarkMatch> matches;
+};
+
 /// Two views and what they see: the beginning of a map. Unit: the baseline, or any other.
 struct InitialMapRequest {
   struct Point {

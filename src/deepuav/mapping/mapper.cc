@@ -6,6 +6,7 @@
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/map/frame_motion.h"
 #include "deepuav/mapping/correction.h"
+#include "deepuav/mapping/keyframe_relocation.h"
 #include "deepuav/mapping/readout_change.h"
 
 namespace deepuav {
@@ -249,6 +250,10 @@ void Mapper::SetAsideMoving(MapId map) {
 
 void Mapper::ChangeMotionsIn(MapId map, const std::map<KeyframeId, ReadoutMotion>& motions) {
   ChangeMotions(motions, camera_, &atlas_->At(map));
+}
+
+void Mapper::Relocate(MapId map, const std::vector<KeyframeRelocation>& relocations) {
+  deepuav::Relocate(relocations, &atlas_->At(map));
 }
 
 std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,

@@ -132,6 +132,9 @@ class Mapper {
   /// Has keyframes of a map move otherwise while they were read: ChangeMotions.
   void ChangeMotionsIn(MapId map, const std::map<KeyframeId, ReadoutMotion>& motions);
 
+  /// Gives keyframes of a map other poses and observations: deepuav::Relocate.
+  void Relocate(MapId map, const std::vector<KeyframeRelocation>& relocations);
+
   /// What a map that was adjusted says of a calibration that does not fit: FindLens, with another
   /// least share of the errors that it must save.
   std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/system/bent_start.h"
 #include "deepuav/system/calibration_correction.h"
 #include "deepuav/system/gap_bridge.h"
 #include "deepuav/system/path_smoothing.h"
@@ -74,6 +75,7 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
     if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
     run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
+    StraightenStart(map, stop, result);
     if (map == maps.front()) FindReadoutIn(map, stop, result);
     if (map == maps.front() && MayCorrectCalibration()) {
       result->lens = CorrectCalibration(map, options_.mapping.lens, run_.mapper, run_.camera,
@@ -105,6 +107,20 @@ void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* re
     run_.mapper->ChangeMotionsIn(
         map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
   }
+}
+
+void RunFinish::StraightenStart(MapId map, const Stop& stop, SlamResult* result) const {
+  PlaceInMaps(*run_.atlas, &result->frames);
+  FrameLocator locator = MakeThoroughLocator();
+  const BentStart bent(run_.camera->pinhole, options_.bent_start, options_.mapping.local_map,
+                       options_.young_map_frames, run_.first_new_keyframe, &locator);
+  const auto relocations = bent.FindIn(run_.atlas->At(map), result->frames, stop);
+  if (relocations.empty()) return;
+  Log().info("map {}: its first {} keyframes are set right by what came later", map.value,
+             relocations.size());
+  run_.mapper->Relocate(map, relocations);
+  if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
+  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 
 void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {

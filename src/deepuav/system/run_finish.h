@@ -46,6 +46,8 @@ class RunFinish {
   void AdjustAll(const Stop& stop, SlamResult* result) const;
   /// Where a rolling shutter read the images: the whole path tells how the camera moved meanwhile.
   void FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* result) const;
+  /// Gives first keyframes of a map the poses that what came later tells, and adjusts it then.
+  void StraightenStart(MapId map, const Stop& stop, SlamResult* result) const;
   /// Where the camera's readout is not told, the largest map may.
   void FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const;
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.

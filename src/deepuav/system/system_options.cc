@@ -11,6 +11,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("system", options);
   visit("patches", options.patches);
   visit("gaps", options.gaps);
+  visit("bent_start", options.bent_start);
   visit("smoothing", options.smoothing);
   visit("readout", options.readout);
   visit("tracking", options.tracking);

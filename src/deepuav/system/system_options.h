@@ -5,6 +5,7 @@
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/survey/survey_options.h"
+#include "deepuav/system/bent_start.h"
 #include "deepuav/system/gap_options.h"
 #include "deepuav/system/georeferencing.h"
 #include "deepuav/system/path_smoothing.h"
@@ -51,6 +52,7 @@ struct SystemOptions {
   GapOptions gaps;
   PathSmoothingOptions smoothing;
   ReadoutPathOptions readout;
+  BentStartOptions bent_start;
   SensorUseOptions sensors;
 
   void Check() const;

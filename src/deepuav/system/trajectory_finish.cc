@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "deepuav/system/frame_path.h"
-#include "deepuav/tracking/motion_model.h"
+#include "deepuav/system/neighbour_location.h"
 
 namespace deepuav {
 
@@ -144,47 +144,15 @@ void TrajectoryFinish::LocateTowards(int step, std::vector<FrameRecord>* records
 bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* before,
                               FrameRecord* record) const {
   const Map& map = atlas_.At(neighbour.map);
-  LocationPrior prior;
-  prior.reference = map.Remaining(neighbour.pose.keyframe);
-  prior.cam_from_world = neighbour.cam_from_world;
-  prior.neighbour = TimedPose{neighbour.time, neighbour.cam_from_world.Inverse()};
-  if (before && before->time != neighbour.time) {
-    const SE3 step = neighbour.cam_from_world * before->cam_from_world.Inverse();
-    const double ratio =
-        SecondsBetween(neighbour.time, record->time) / SecondsBetween(before->time, neighbour.time);
-    prior.cam_from_world = SE3::Exp(step.Log() * ratio) * neighbour.cam_from_world;
-  }
-  for (const FrameRecord::Seen& seen : neighbour.seen) {
-    if (const auto landmark = map.Current(seen.landmark)) prior.landmarks.push_back(*landmark);
-  }
-  std::sort(prior.landmarks.begin(), prior.landmarks.end());
-  prior.landmarks.erase(std::unique(prior.landmarks.begin(), prior.landmarks.end()),
-                        prior.landmarks.end());
+  const LocationPrior prior = PriorBeside(map, neighbour, before, record->time);
   const auto local_map = MakeLocalMap(map, prior.reference, local_map_options_);
-  const Frame frame{record->id, record->time,   record->features,
-                    nullptr,    record->motion, record->turn_is_measured};
+  const Frame frame = FrameToLocate(*record);
   const auto located = locator_->Locate(frame, *local_map, prior, &record->reason);
   if (!located) return false;
-
-  const LocalKeyframe& reference = local_map->keyframes[static_cast<size_t>(located->reference)];
-  TrackingResult result;
-  result.state = TrackingState::kTracking;
-  result.pose = TrackedPose{
-      map.id(),
-      {reference.id, located->cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
-      {}};
-  result.pose->information = located->information;
-  result.pose->motion = located->frame.motion;
-  for (const LocatedFrame::Seen& seen : located->seen) {
-    result.pose->matches.push_back({seen.keypoint,
-                                    local_map->landmarks[static_cast<size_t>(seen.landmark)].id,
-                                    seen.measured});
-  }
   const bool tracked_online = record->tracked_online;
-  *record = MakeRecord(frame, result);
+  *record = LocatedRecord(frame, *located, *local_map);
   record->features.reset();
   record->tracked_online = tracked_online;
-  record->cam_from_world = located->cam_from_world;
   return true;
 }
 
