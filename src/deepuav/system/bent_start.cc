@@ -12,8 +12,6 @@
 namespace deepuav {
 namespace {
 
-constexpr double kChiSquare = 5.991;  // 95 % of a 2-D error.
-
 using Records = std::vector<const FrameRecord*>;
 
 Records LocatedIn(MapId map, const std::vector<FrameRecord>& records) {
@@ -32,7 +30,7 @@ std::map<FrameId, KeyframeId> KeyframesOf(const Map& map, KeyframeId first_new) 
   return keyframes;
 }
 
-/// The map without its keyframes up to a frame; empty where nothing is left.
+/// The map without some of its keyframes, by id; nothing where none is left.
 std::optional<Map> Without(const Map& map, const std::vector<KeyframeId>& young) {
   Map later = map;
   KeyframeId root;
@@ -128,7 +126,7 @@ bool BentStart::IsWrong(const Keyframe& keyframe, const Map& later,
     const Eigen::Vector3d in_camera = keyframe.cam_from_world * observation.landmark_world;
     if (in_camera.z() <= 0) continue;
     const Eigen::Vector2d error_px = pinhole_.Project(in_camera) - observation.px;
-    if ((Whitening(observation.noise) * error_px).squaredNorm() <= kChiSquare) ++agreeing;
+    if ((Whitening(observation.noise) * error_px).squaredNorm() <= options_.chi_square) ++agreeing;
   }
   const auto seen = static_cast<double>(observations.size());
   Log().debug("keyframe {} saw {} landmarks; of {} later ones {} agree with where it is",

@@ -16,7 +16,8 @@ struct BentStartOptions {
   int min_later_keyframes = 5;   ///< Of a map that can tell.
   double min_later_share = 0.5;  ///< Later landmarks that a first keyframe sees over all it saw...
   double max_agreeing = 0.5;     ///< ...and the share of them that agree with where it is, up to
-                                 ///< which it is elsewhere.
+                                 ///< which it is elsewhere...
+  double chi_square = 5.991;     ///< ...as 95 % of a 2-D error do.
 
   void Check() const;
   template <typename Visitor>
@@ -31,6 +32,8 @@ struct BentStartOptions {
           Between(0, 100));
     visit("max_agreeing", max_agreeing, "",
           "share of them that agree with where it is, up to which it is elsewhere", Between(0, 1));
+    visit("chi_square", chi_square, "",
+          "bound on the squared error in standard deviations of one that agrees", Above(0, 1e6));
   }
 };
 
@@ -53,7 +56,8 @@ class BentStart {
 
  private:
   struct Found;
-  /// Frames `first` to `last`, from the last one on, in the map that does not know them.
+  /// The keyframes among the first `young` records, as far as the later map shows them, from the
+  /// last one on.
   std::vector<Found> LocateBackwards(const Map& map, const Map& later,
                                      const std::vector<const FrameRecord*>& records, size_t young,
                                      const std::function<bool()>& stop) const;
