@@ -96,6 +96,7 @@ std::vector<BentStart::Found> BentStart::LocateBackwards(const Map& map, const M
   FrameRecord neighbour = *records[young];
   std::optional<FrameRecord> before;
   if (young + 1 < records.size()) before = *records[young + 1];
+  int misses = 0;
   for (size_t i = young; i-- > 0;) {
     if (stop && stop()) break;
     const auto keyframe = keyframes.find(records[i]->id);
@@ -106,7 +107,9 @@ std::vector<BentStart::Found> BentStart::LocateBackwards(const Map& map, const M
         PriorBeside(later, neighbour, before ? &*before : nullptr, frame.time);
     const auto local_map = MakeLocalMap(later, prior.reference, local_map_options_);
     auto located = locator_->Locate(frame, *local_map, prior);
+    if (!located && ++misses >= options_.max_misses) break;
     if (!located) continue;
+    misses = 0;
     before = std::exchange(neighbour, LocatedRecord(frame, *located, *local_map));
     if (!is_keyframe) continue;
     std::vector<LandmarkMatch> matches;

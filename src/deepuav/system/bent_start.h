@@ -14,6 +14,7 @@ namespace deepuav {
 struct BentStartOptions {
   bool enabled = true;
   int min_later_keyframes = 5;   ///< Of a map that can tell.
+  int max_misses = 3;            ///< Frames in a row that it does not show, which end the search.
   double min_later_share = 0.5;  ///< Later landmarks that a first keyframe sees over all it saw...
   double max_agreeing = 0.5;     ///< ...and the share of them that agree with where it is, up to
                                  ///< which it is elsewhere...
@@ -26,6 +27,9 @@ struct BentStartOptions {
           "whether the first keyframes of a map are looked for in what was built after them");
     visit("min_later_keyframes", min_later_keyframes, "", "of a map that can tell",
           Between(2, 1'000'000));
+    visit("max_misses", max_misses, "",
+          "frames in a row that such a map does not show, which end the search",
+          Between(1, 1'000'000));
     visit("min_later_share", min_later_share, "",
           "later landmarks that a first keyframe sees over those that it saw itself, of one that "
           "may be elsewhere",

@@ -111,10 +111,14 @@ void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* re
 
 void RunFinish::StraightenStart(MapId map, const Stop& stop, SlamResult* result) const {
   PlaceInMaps(*run_.atlas, &result->frames);
-  FrameLocator locator = MakeThoroughLocator();
+  FrameLocator locator(*run_.camera, options_.tracking.locator, run_.matcher, nullptr);
   const BentStart bent(run_.camera->pinhole, options_.bent_start, options_.mapping.local_map,
                        options_.young_map_frames, run_.first_new_keyframe, &locator);
-  const auto relocations = bent.FindIn(run_.atlas->At(map), result->frames, stop);
+  std::vector<KeyframeRelocation> relocations;
+  {
+    const StageScope stage(run_.clock, "look for a bent start");
+    relocations = bent.FindIn(run_.atlas->At(map), result->frames, stop);
+  }
   if (relocations.empty()) return;
   Log().info("map {}: its first {} keyframes are set right by what came later", map.value,
              relocations.size());
