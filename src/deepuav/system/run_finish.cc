@@ -120,7 +120,7 @@ void RunFinish::StraightenStart(MapId map, const Stop& stop, SlamResult* result)
     relocations = bent.FindIn(run_.atlas->At(map), result->frames, stop);
   }
   if (relocations.empty()) return;
-  Log().info("map {}: its first {} keyframes are set right by what came later", map.value,
+  Log().info("map {}: {} of its first keyframes set right by what came later", map.value,
              relocations.size());
   run_.mapper->Relocate(map, relocations);
   if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
