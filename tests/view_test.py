@@ -102,7 +102,7 @@ class Farewell(ConnectionError):
 
 
 def message(client):
-    """(kind, header) of the next message but pings."""
+    """(kind, header) of the next message; pings are answered."""
     while True:
         first, length = receive(client, 2)
         if length == 126:
@@ -112,6 +112,8 @@ def message(client):
         payload = receive(client, length)
         if first & 0x0F == 8:
             raise Farewell(struct.unpack(">H", payload[:2])[0])
+        if first & 0x0F == 9:
+            client.sendall(frame(payload, opcode=10))  # Who gives no sign of life is dropped.
         if first & 0x0F in (1, 2):
             break
     if first & 0x0F == 1:

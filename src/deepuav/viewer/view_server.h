@@ -18,7 +18,7 @@ struct ViewServerOptions {
   double request_timeout_s = 5;   ///< For a request to be complete.
   double write_timeout_s = 10;    ///< For a client to take a message.
   double silence_timeout_s = 20;  ///< Without a sign of life.
-  double farewell_s = 2;          ///< At the end, for clients to take the newest of all.
+  double farewell_s = 5;          ///< At the end, for clients to take the newest of all.
   int most_messages_per_s = 20;   ///< From a client, which has nothing to say.
 
   /// Throws Error for values that cannot be.
