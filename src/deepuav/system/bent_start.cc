@@ -111,13 +111,10 @@ std::vector<BentStart::Found> BentStart::LocateBackwards(const Map& map, const M
     if (!located && ++misses >= options_.max_misses) break;
     if (!located) continue;
     misses = 0;
-    before = std::exchange(neighbour, LocatedRecord(frame, *located, *local_map));
+    TrackedPose pose = PoseIn(*local_map, *located);
+    before = std::exchange(neighbour, LocatedRecord(frame, pose));
     if (!is_keyframe) continue;
-    std::vector<LandmarkMatch> matches;
-    for (const LocatedFrame::Seen& seen : located->seen)
-      matches.push_back({seen.keypoint, local_map->landmarks[static_cast<size_t>(seen.landmark)].id,
-                         seen.measured});
-    found.push_back({keyframe->second, neighbour, std::move(*located), std::move(matches)});
+    found.push_back({keyframe->second, neighbour, std::move(*located), std::move(pose.matches)});
   }
   return found;
 }

@@ -25,22 +25,10 @@ LocationPrior PriorBeside(const Map& map, const FrameRecord& neighbour, const Fr
   return prior;
 }
 
-FrameRecord LocatedRecord(const Frame& frame, const LocatedFrame& located,
-                          const LocalMap& local_map) {
-  const LocalKeyframe& reference = local_map.keyframes[static_cast<size_t>(located.reference)];
+FrameRecord LocatedRecord(const Frame& frame, const TrackedPose& pose) {
   TrackingResult result;
   result.state = TrackingState::kTracking;
-  result.pose = TrackedPose{
-      local_map.map,
-      {reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
-      {}};
-  result.pose->cam_from_world = located.cam_from_world;
-  result.pose->information = located.information;
-  result.pose->motion = located.frame.motion;
-  for (const LocatedFrame::Seen& seen : located.seen) {
-    result.pose->matches.push_back(
-        {seen.keypoint, local_map.landmarks[static_cast<size_t>(seen.landmark)].id, seen.measured});
-  }
+  result.pose = pose;
   return MakeRecord(frame, result);
 }
 

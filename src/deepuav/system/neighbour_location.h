@@ -3,6 +3,7 @@
 #include "deepuav/localisation/frame_locator.h"
 #include "deepuav/map/map.h"
 #include "deepuav/system/frame_record.h"
+#include "deepuav/tracking/tracked_pose.h"
 
 namespace deepuav {
 
@@ -11,9 +12,8 @@ namespace deepuav {
 LocationPrior PriorBeside(const Map& map, const FrameRecord& neighbour, const FrameRecord* before,
                           Timestamp time);
 
-/// The record of a frame that was located in `local_map`.
-FrameRecord LocatedRecord(const Frame& frame, const LocatedFrame& located,
-                          const LocalMap& local_map);
+/// The record of a frame that was located.
+FrameRecord LocatedRecord(const Frame& frame, const TrackedPose& pose);
 
 /// What of it is needed to locate a frame again.
 Frame FrameToLocate(const FrameRecord& record);

@@ -150,7 +150,7 @@ bool TrajectoryFinish::Locate(const FrameRecord& neighbour, const FrameRecord* b
   const auto located = locator_->Locate(frame, *local_map, prior, &record->reason);
   if (!located) return false;
   const bool tracked_online = record->tracked_online;
-  *record = LocatedRecord(frame, *located, *local_map);
+  *record = LocatedRecord(frame, PoseIn(*local_map, *located));
   record->features.reset();
   record->tracked_online = tracked_online;
   return true;

@@ -66,7 +66,7 @@ TrackingResult Tracker::TrackInMap(const Frame& frame, bool mapping_idle) {
 
   TrackingResult result;
   result.state = state_;
-  result.pose = last_ = Describe(*located);
+  result.pose = last_ = PoseIn(*local_map_, *located);
   const auto since_keyframe = static_cast<int>(frame.id.value - last_keyframe_.value);
   if (mapping_idle && NeedsKeyframe(*located, *local_map_, since_keyframe, options_.keyframes)) {
     result.keyframe = RequestKeyframe(located->frame, *result.pose);
@@ -110,7 +110,7 @@ TrackingResult Tracker::Resume(const Frame& frame, std::shared_ptr<const LocalMa
   motion_.Update(frame.time, located.cam_from_world);
   TrackingResult result;
   result.state = state_;
-  result.pose = last_ = Describe(located);
+  result.pose = last_ = PoseIn(*local_map_, located);
   result.keyframe = RequestKeyframe(frame, *result.pose);
   return result;
 }
@@ -144,25 +144,6 @@ LocationPrior Tracker::PriorFor(const Frame& frame) const {
   prior.reference = last_->anchored.keyframe;
   for (const LandmarkMatch& match : last_->matches) prior.landmarks.push_back(match.landmark);
   return prior;
-}
-
-TrackedPose Tracker::Describe(const LocatedFrame& located) const {
-  const LocalKeyframe& reference = local_map_->keyframes[static_cast<size_t>(located.reference)];
-  TrackedPose pose{
-      local_map_->map,
-      {reference.id, located.cam_from_world * reference.cam_from_world.Inverse(), reference.scale},
-      {},
-      located.cam_from_world,
-      local_map_->revision,
-      located.information,
-      located.frame.motion};
-  pose.matches.reserve(located.seen.size());
-  for (const LocatedFrame::Seen& seen : located.seen) {
-    pose.matches.push_back({seen.keypoint,
-                            local_map_->landmarks[static_cast<size_t>(seen.landmark)].id,
-                            seen.measured});
-  }
-  return pose;
 }
 
 KeyframeRequest Tracker::RequestKeyframe(const Frame& frame, const TrackedPose& pose) {

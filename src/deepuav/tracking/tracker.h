@@ -12,6 +12,7 @@
 #include "deepuav/tracking/initialiser.h"
 #include "deepuav/tracking/keyframe_decision.h"
 #include "deepuav/tracking/motion_model.h"
+#include "deepuav/tracking/tracked_pose.h"
 
 namespace deepuav {
 
@@ -39,17 +40,6 @@ struct TrackingOptions {
 };
 
 enum class TrackingState { kInitialising, kTracking, kLost };
-
-/// A frame's place in the map, relative to a keyframe so that it moves with the map.
-struct TrackedPose {
-  MapId map;
-  AnchoredPose anchored;
-  std::vector<LandmarkMatch> matches;
-  SE3 cam_from_world = {};                  ///< In the local map that it was located in...
-  int64_t map_revision = 0;                 ///< ...as of LocalMap::revision.
-  Matrix6d information = Matrix6d::Zero();  ///< As of LocatedFrame.
-  ReadoutMotion motion = {};                ///< What the matches' pixels are corrected for.
-};
 
 /// What became of one frame.
 struct TrackingResult {
@@ -89,7 +79,6 @@ class Tracker {
   TrackingResult TrackInMap(const Frame& frame, bool mapping_idle);
   TrackingResult Lost(const Frame& frame, std::string reason);
   LocationPrior PriorFor(const Frame& frame) const;
-  TrackedPose Describe(const LocatedFrame& located) const;
   KeyframeRequest RequestKeyframe(const Frame& frame, const TrackedPose& pose);
   void CountViews(const LocatedFrame& located);
 
