@@ -9,8 +9,9 @@ flight: length, absolute trajectory error (Sim3) over the frames located in the 
 it and in any map, maps, loops closed and frames recognised after they were lost, frames with at least 300 key points,
 speed; then how far observations lie from the epipolar lines of the truth (build/bench/system/observation_error), as
 detected and as measured by patches, and ORB-SLAM3's error on the same flight (seed 1 where the seed has none of its own)
-with the share of it that is left; where the map is metric or georeferenced, by how much its scale and its level miss
-those of the alignment with the truth. Several seeds: median (least to largest). The table goes to stdout as Markdown,
+with the share of it that is left; the error in height as a share of that along a horizontal axis (rms; z of the truth is
+up); where the map is metric or georeferenced, by how much its scale and its level miss those of the alignment with the
+truth. Several seeds: median (least to largest). The table goes to stdout as Markdown,
 everything to OUT/flights.json.
 
 ORB-SLAM3's figures are stored in orb_slam3_flights.csv: 1,000 features, a vocabulary of its own, median, least and
@@ -144,6 +145,11 @@ def orb_slam3_cells(name, runs, rate_hz):
     return f"{spread([t for t in theirs if t], '.3f')} | {spread(shares, '.2f')}"
 
 
+def height_cell(runs):
+    along_axes = [r["evaluation"]["ate_rmse_along_axes_m"] for r in runs if "evaluation" in r]
+    return spread([z / math.sqrt((x * x + y * y) / 2) for x, y, z in along_axes], ".2f")
+
+
 def metric_cells(runs):
     """What an alignment with the truth, whose z is up as the map's, would still change."""
     scales, tilts = [], []
@@ -174,7 +180,7 @@ def table_row(name, runs, rate_hz):
             f"{spread(errors, '.3f')}{failed} | {spread(shares, '.1f')} | {spread(located, '.1f')} | "
             f"{spread(maps, '.0f')} | {', '.join(events)} | {spread(rich, '.0f')} | {spread(rates, '.1f')} | "
             f"{epipolar_cell(runs, 'detected')} | {epipolar_cell(runs, 'measured')} | "
-            f"{orb_slam3_cells(name, runs, rate_hz)} | {metric_cells(runs)} |")
+            f"{orb_slam3_cells(name, runs, rate_hz)} | {height_cell(runs)} | {metric_cells(runs)} |")
 
 
 def main():
@@ -201,8 +207,8 @@ def main():
     print(f"Machine: {results['machine']}\n")
     print("| flight | frames | path, m | ATE (Sim3), m | in the main map, % | in any map, % | maps | "
           f"loops, recognised | frames with {MANY_KEY_POINTS} key points, % | frames/s | "
-          "epipolar error, detected: median / p90, px | measured | ORB-SLAM3's ATE, m | share of it | scale off, % | level off, deg |")
-    print("|" + 16 * "---|")
+          "epipolar error, detected: median / p90, px | measured | ORB-SLAM3's ATE, m | share of it | height / plane | scale off, % | level off, deg |")
+    print("|" + 17 * "---|")
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
     for name in arguments.only:
         if arguments.render_only:

@@ -38,11 +38,15 @@ AbsoluteError ComputeAbsoluteError(const Trajectory& truth, const Trajectory& es
   if (kind) result.truth_from_estimate = AlignOrThrow(truth, estimate, *kind, antenna_cam_m);
   const Trajectory moved = MoveToAntenna(result.truth_from_estimate, estimate, antenna_cam_m);
   result.errors_m.reserve(truth.size());
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < truth.size(); ++i) {
-    const Eigen::Vector3d difference =
+    Eigen::Vector3d difference =
         moved[i].world_from_cam.translation() - truth[i].world_from_cam.translation();
-    result.errors_m.push_back(horizontal ? difference.head<2>().norm() : difference.norm());
+    if (horizontal) difference.z() = 0;
+    result.errors_m.push_back(difference.norm());
+    squares += difference.cwiseAbs2();
   }
+  result.rms_along_axes_m = (squares / static_cast<double>(truth.size())).cwiseSqrt();
   result.statistics_m = ComputeStatistics(result.errors_m);
   return result;
 }

@@ -57,6 +57,24 @@ TEST(AbsoluteError, WithoutAlignmentAKnownShiftIsTheError) {
   EXPECT_NEAR(error.statistics_m.rmse, 13, 1e-9);
   EXPECT_NEAR(error.statistics_m.std, 0, 1e-9);
   EXPECT_EQ(error.errors_m.size(), 50u);
+  EXPECT_LT((error.rms_along_axes_m - Eigen::Vector3d(3, 4, 12)).norm(), 1e-9);
+}
+
+TEST(AbsoluteError, ItsPartsAlongTheTruthsAxesAddUp) {
+  const Trajectory truth = MakeFlight(2000, 20);
+  Trajectory estimate = truth;
+  Random random(12);
+  for (TimedPose& pose : estimate) {
+    const Eigen::Vector3d noise(random.Gaussian(0.05), random.Gaussian(0.1), random.Gaussian(0.4));
+    pose.world_from_cam =
+        SE3(pose.world_from_cam.rotation(), pose.world_from_cam.translation() + noise);
+  }
+  const AbsoluteError error = ComputeAbsoluteError(
+      truth, MoveTrajectory(kMoved.Inverse(), estimate), AlignmentKind::kSimilar);
+  EXPECT_NEAR(error.rms_along_axes_m.x(), 0.05, 0.01);
+  EXPECT_NEAR(error.rms_along_axes_m.y(), 0.1, 0.01);
+  EXPECT_NEAR(error.rms_along_axes_m.z(), 0.4, 0.03);
+  EXPECT_NEAR(error.rms_along_axes_m.norm(), error.statistics_m.rmse, 1e-9);
 }
 
 TEST(AbsoluteError, HorizontalLeavesHeightOut) {
@@ -64,6 +82,7 @@ TEST(AbsoluteError, HorizontalLeavesHeightOut) {
   const AbsoluteError error =
       ComputeAbsoluteError(truth, Shifted(truth, {3, 4, 12}), std::nullopt, true);
   EXPECT_NEAR(error.statistics_m.rmse, 5, 1e-9);
+  EXPECT_LT((error.rms_along_axes_m - Eigen::Vector3d(3, 4, 0)).norm(), 1e-9);
 }
 
 TEST(AbsoluteError, HorizontalOverFlatTruthJudgesAPathInAnyWorld) {

@@ -49,6 +49,23 @@ std::string StatisticsRow(const std::string& name, const ErrorStatistics& statis
                      statistics.min, statistics.max);
 }
 
+nlohmann::json AxesJson(const Evaluation& evaluation) {
+  const Eigen::Vector3d& rms_m = evaluation.ate.rms_along_axes_m;
+  auto json = nlohmann::json::array({rms_m.x(), rms_m.y(), rms_m.z()});
+  if (evaluation.horizontal) json[2] = nullptr;
+  return json;
+}
+
+/// Says which axis is up where the truth does.
+std::string AxesRow(const Evaluation& evaluation) {
+  const Eigen::Vector3d& rms_m = evaluation.ate.rms_along_axes_m;
+  std::string row = fmt::format("ATE's rmse along x {:.6f}, along y {:.6f}", rms_m.x(), rms_m.y());
+  if (!evaluation.horizontal) {
+    row += fmt::format(", along z{} {:.6f}", evaluation.z_is_up ? " (up)" : "", rms_m.z());
+  }
+  return row + " m\n";
+}
+
 std::string RelativeErrorRows(const Evaluation& evaluation, const RpeOptions& options) {
   const std::string step = fmt::format("{:g} {}", options.delta, RpeUnitName(options.unit));
   if (!evaluation.rpe) return fmt::format("RPE: no two poses are {} apart\n", step);
@@ -111,6 +128,7 @@ nlohmann::json EvaluationJson(const Evaluation& evaluation, const EvaluationOpti
       {"time_offset_s", evaluation.time_offset_s},
       {"antenna_cam_m", antenna},
       {"ate_m", StatisticsJson(evaluation.ate.statistics_m)},
+      {"ate_rmse_along_axes_m", AxesJson(evaluation)},
       {"per_pose", {{"truth_time_ns", times}, {"error_m", evaluation.ate.errors_m}}}};
   json["rpe"] = evaluation.rpe ? RelativeErrorJson(*evaluation.rpe, options.rpe) : nlohmann::json();
   return json;
@@ -145,7 +163,8 @@ std::string EvaluationTable(const Evaluation& evaluation, const EvaluationOption
                        "std", "min", "max");
   table += StatisticsRow(evaluation.horizontal ? "ATE horizontal, m" : "ATE, m",
                          evaluation.ate.statistics_m);
-  return table + RelativeErrorRows(evaluation, options.rpe);
+  table += RelativeErrorRows(evaluation, options.rpe);
+  return table + AxesRow(evaluation);
 }
 
 }  // namespace deepuav

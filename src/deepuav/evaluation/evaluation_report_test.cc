@@ -68,6 +68,28 @@ TEST(EvaluationReport, SaysWhatWasDoneWithTimesAndPoints) {
   EXPECT_THAT(table, HasSubstr("ATE horizontal, m"));
 }
 
+TEST(EvaluationReport, TellsTheErrorAlongEachAxis) {
+  EvaluationOptions options;
+  options.alignment.reset();
+  Truth truth = kTruth;
+  const Trajectory shifted =
+      MoveTrajectory(Sim3(1, Eigen::Quaterniond::Identity(), {3, 4, 12}), truth.trajectory);
+  const auto json = [&] {
+    return EvaluationJson(EvaluateTrajectory(truth, shifted, options),
+                          options)["ate_rmse_along_axes_m"];
+  };
+  EXPECT_NEAR(json()[2], 12, 1e-9);
+  EXPECT_THAT(TableOf(options, truth, shifted),
+              HasSubstr("along x 3.000000, along y 4.000000, along z 12.000000 m\n"));
+  truth.z_is_up = true;
+  EXPECT_THAT(TableOf(options, truth, shifted), HasSubstr("along z (up) 12.000000 m\n"));
+  options.horizontal = true;
+  EXPECT_NEAR(json()[1], 4, 1e-9);
+  EXPECT_TRUE(json()[2].is_null());
+  EXPECT_THAT(TableOf(options, truth, shifted),
+              HasSubstr("along x 3.000000, along y 4.000000 m\n"));
+}
+
 TEST(EvaluationReport, OfFixesComparesDistancesAndNoRotations) {
   const Truth fixes{kTruth.trajectory, false};
   const EvaluationOptions options;
