@@ -161,6 +161,24 @@ bool SpreadEqualTimes(std::vector<Photograph>* sorted) {
   return true;
 }
 
+/// Gives the few photographs without a time that of the one before them by name.
+void FillTimes(std::vector<Photograph>* photographs) {
+  std::vector<std::string> without;
+  for (const Photograph& photograph : *photographs) {
+    if (!photograph.exif.time) without.push_back(photograph.file.filename().string());
+  }
+  if (without.empty() || 2 * without.size() > photographs->size()) return;
+  Log().warn("{} photographs without EXIF time are taken to follow those before them by name: {}",
+             without.size(), fmt::join(without, ", "));
+  const auto first = std::ranges::find_if(
+      *photographs, [](const Photograph& photograph) { return photograph.exif.time.has_value(); });
+  Timestamp time = *first->exif.time;
+  for (Photograph& photograph : *photographs) {
+    if (photograph.exif.time) time = *photograph.exif.time;
+    photograph.exif.time = time;
+  }
+}
+
 bool SortByTime(std::vector<Photograph>* photographs) {
   if (!std::all_of(photographs->begin(), photographs->end(),
                    [](const auto& p) { return p.exif.time; }))
@@ -175,6 +193,7 @@ bool SortByTime(std::vector<Photograph>* photographs) {
 
 std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
                                         std::vector<Photograph>* photographs) {
+  FillTimes(photographs);
   const bool timed = SortByTime(photographs);
   Log().info("{}: {} photographs, times {}", images.string(), photographs->size(),
              timed ? "from EXIF"

@@ -71,15 +71,30 @@ TEST_F(PhotoDatasetTest, AreInOrderOfTime) {
   EXPECT_EQ(Names(), (Strings{"b.jpg", "a.jpg"}));
 }
 
-TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereATimeIsMissingOrAllAreTheSame) {
+TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereTimesAreMissingOrAllAreTheSame) {
   WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
   WritePhotograph("img_9.jpg", "");
-  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
+  WritePhotograph("img_11.jpg", "");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg", "img_11.jpg"}));
   EXPECT_EQ(Open()->Time(1).nanoseconds, 1000000000);
   EXPECT_EQ(Open()->camera().rate_hz, 1);
   WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
-  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg"}));
+  WritePhotograph("img_11.jpg", "2018:04:29 12:06:46");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg", "img_11.jpg"}));
   EXPECT_EQ(Open()->Time(0).nanoseconds, 0);
+}
+
+TEST_F(PhotoDatasetTest, TheFewWithoutATimeFollowThoseBeforeThemByName) {
+  WritePhotograph("a.jpg", "2018:04:29 12:06:46");
+  folder_.Write("b.jpg", "not a photograph");
+  WritePhotograph("c.jpg", "2018:04:29 12:06:52");
+  folder_.Write("d.png", PngPhotograph(64, 48, 1, TestExif{}));
+  WritePhotograph("e.jpg", "2018:04:29 12:06:49");
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg", "e.jpg", "c.jpg", "d.png"}));
+  const auto dataset = Open();
+  const double expected_s[] = {0, 0.5, 3, 6, 6.5};
+  for (int i = 0; i < dataset->size(); ++i)
+    EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(i)), expected_s[i]) << i;
 }
 
 TEST_F(PhotoDatasetTest, PhotographsOfOneSecondShareItByName) {
@@ -233,6 +248,10 @@ TEST_F(PhotoDatasetTest, AFileOfFixesBesideThemStandsForExif) {
   ASSERT_EQ(gnss.fixes.size(), 3u);
   EXPECT_GT(gnss.clock_sigma_s, 0);
   EXPECT_EQ(gnss.fixes[2].latitude_deg, 47.3);
+
+  folder_.Write("gps.csv", "image,latitude,longitude\na.jpg,47.1,8.5\n");
+  EXPECT_NE(Open()->ReadSensors().gnss.source.find("EXIF"), std::string::npos)
+      << "fixes without times";
 }
 
 TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {

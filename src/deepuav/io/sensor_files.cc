@@ -1,6 +1,7 @@
 #include "deepuav/io/sensor_files.h"
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
 #include "deepuav/io/euroc_sensor.h"
 #include "deepuav/io/gnss_file.h"
 #include "deepuav/io/gpmf_file.h"
@@ -126,7 +127,12 @@ fs::path FindGnssBeside(const std::vector<fs::path>& folders, const std::string&
   for (const fs::path& folder : folders) {
     for (const char* ending : {".csv", ".CSV", ".gpx", ".GPX"}) {
       const fs::path file = folder / (name + ending);
-      if (fs::is_regular_file(file) && IsGnssFile(file)) return file;
+      if (!fs::is_regular_file(file)) continue;
+      if (IsGnssFile(file)) return file;
+      Log().warn(
+          "{}: not used: expected position fixes, with a head that names columns of time, latitude "
+          "and longitude",
+          file.string());
     }
   }
   return {};
