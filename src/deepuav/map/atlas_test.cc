@@ -64,6 +64,10 @@ TEST(TakeMaps, CopiesWhatRemainsBehindTheIdsInUse) {
   other.At(MapId{2}).AddLoop(KeyframeId{4}, KeyframeId{5});
   other.Merge(MapId{0}, MapId{1}, KeyframeId{2});
   other.At(MapId{1}).RemoveKeyframe(KeyframeId{3});
+  Gauge metric;
+  metric.kind = GaugeKind::kMetric;
+  other.ChangeGauge(MapId{2}, Sim3(), metric);
+  other.At(MapId{2}).SetModelSigma(0.25);
   Atlas atlas = AtlasOf(1);
   const auto new_ids = TakeMaps(other, &atlas);
   ASSERT_EQ(atlas.Remaining(), (MapIds{{0}, {1}, {2}}));
@@ -73,12 +77,15 @@ TEST(TakeMaps, CopiesWhatRemainsBehindTheIdsInUse) {
   for (const auto& [old_id, new_id] : new_ids) {
     EXPECT_EQ(new_id.value, old_id.value + 2);
     const MapId map{old_id.value < 4 ? 1 : 2};
-    EXPECT_EQ(atlas.At(map).PoseOf(new_id).Matrix(), other.At(map).PoseOf(old_id).Matrix());
+    EXPECT_LT(PoseDifference(atlas.At(map).PoseOf(new_id), other.At(map).PoseOf(old_id)), 1e-12);
   }
   EXPECT_LT(PoseDifference(atlas.At(MapId{1}).PoseOf(KeyframeId{5}),
                            other.At(MapId{1}).PoseOf(KeyframeId{3})),
             1e-12)
       << "of one that was removed";
+  EXPECT_EQ(atlas.GaugeOf(MapId{1}).kind, GaugeKind::kFree);
+  EXPECT_EQ(atlas.GaugeOf(MapId{2}).kind, GaugeKind::kMetric) << "what its world means";
+  EXPECT_EQ(atlas.At(MapId{2}).model_sigma_px(), 0.25);
   EXPECT_EQ(atlas.At(MapId{2}).At(KeyframeId{6}).loops, std::set<KeyframeId>{{7}});
   EXPECT_EQ(atlas.At(MapId{1}).At(KeyframeId{2}).parent, KeyframeId{4});
   for (MapId map : atlas.Remaining()) ASSERT_NO_FATAL_FAILURE(CheckConsistent(atlas.At(map)));

@@ -40,6 +40,7 @@ Landmark Shifted(Landmark landmark, const IdShift& shift) {
 MapState ShiftedState(const Map& map, MapId id, const IdShift& shift) {
   MapState state;
   state.id = id;
+  state.model_sigma_px = map.model_sigma_px();
   map.keyframes().ForEach([&](const Keyframe& k) { state.keyframes.push_back(Shifted(k, shift)); });
   map.landmarks().ForEach([&](const Landmark& l) { state.landmarks.push_back(Shifted(l, shift)); });
   for (const auto& [keyframe, culled] : map.culled()) {
@@ -58,7 +59,10 @@ std::map<KeyframeId, KeyframeId> TakeMaps(const Atlas& other, Atlas* atlas) {
   for (MapId id : other.Remaining()) {
     const Map& map = other.At(id);
     map.keyframes().ForEach([&](const Keyframe& k) { new_ids[k.id] = shift(k.id); });
-    atlas->Add(Map::Restore(ShiftedState(map, atlas->NextMap(), shift)));
+    const MapId new_id = atlas->NextMap();
+    atlas->Add(Map::Restore(ShiftedState(map, new_id, shift)));
+    if (const Gauge gauge = other.GaugeOf(id); gauge.kind != GaugeKind::kFree)
+      atlas->ChangeGauge(new_id, Sim3(), gauge);
   }
   atlas->ids().keyframes += other.ids().keyframes;
   atlas->ids().landmarks += other.ids().landmarks;

@@ -98,7 +98,7 @@ GroundFrame UtmFrame(const GeoPoint& origin) {
                 return LocalFromGeo(origin, GeoFromUtm(zone, position));
               },
           .epsg = zone.Epsg(),
-          .about = fmt::format("UTM zone {}{}, heights above the ellipsoid", zone.number,
+          .about = fmt::format("UTM zone {}{}, heights as of the position fixes", zone.number,
                                zone.is_north ? 'N' : 'S')};
 }
 
