@@ -83,7 +83,7 @@ RadialPolynomial EquidistantLens(const std::vector<double>& k) {
 }
 
 void CheckField(bool holds, const std::string& source, const char* field, double found,
-                const char* expected) {
+                const std::string& expected) {
   if (!holds) throw Error("{}: {} is {}: expected {}", source, field, found, expected);
 }
 
@@ -132,6 +132,8 @@ void CheckNoFoldInImage(const Camera& camera, const std::string& source) {
 // Of coefficients that are typed wrongly, most move what lies at the edge of the image by orders of
 // magnitude; the strongest lenses by less than this factor.
 constexpr double kStrongestLens = 10;
+// Of its width over its height: images of every second line, and of wide films, have 2 at most.
+constexpr double kLongestPixel = 3;
 
 void CheckLensIsPlausible(const Camera& camera, const std::string& source) {
   if (camera.lens == LensModel::kPinhole) return;
@@ -182,6 +184,10 @@ void Camera::Check(const std::string& source) const {
              "a positive number of pixels");
   CheckField(std::isfinite(pinhole.fy) && pinhole.fy > 0, source, "fy", pinhole.fy,
              "a positive number of pixels");
+  CheckField(
+      pinhole.fy < kLongestPixel * pinhole.fx && pinhole.fx < kLongestPixel * pinhole.fy, source,
+      "fy", pinhole.fy,
+      fmt::format("a focal length less than {} times from fx, {}", kLongestPixel, pinhole.fx));
   CheckField(pinhole.cx > 0 && pinhole.cx < width, source, "cx", pinhole.cx,
              "a pixel inside the image");
   CheckField(pinhole.cy > 0 && pinhole.cy < height, source, "cy", pinhole.cy,

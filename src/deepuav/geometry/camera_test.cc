@@ -242,6 +242,7 @@ TEST(CameraCheck, NamesTheBadField) {
   ExpectRefused(changed([](Camera& c) { c.height = -480; }), "height");
   ExpectRefused(changed([](Camera& c) { c.pinhole.fx = 0; }), "fx");
   ExpectRefused(changed([](Camera& c) { c.pinhole.fy = kNaN; }), "fy");
+  ExpectRefused(changed([](Camera& c) { c.pinhole.fx /= 10; }), "fy");
   ExpectRefused(changed([](Camera& c) { c.pinhole.cx = 752; }), "cx");
   ExpectRefused(changed([](Camera& c) { c.pinhole.cy = kNaN; }), "cy");
   ExpectRefused(changed([](Camera& c) { c.rate_hz = -1; }), "rate_hz");
