@@ -131,10 +131,11 @@ std::string DescribeRun(const Atlas& atlas, const SlamResult& result, const RunF
                         count, result.frames.size(), map.KeyframeCount(), map.LandmarkCount());
   }
   text += CalibrationText(facts.calibration);
-  text += fmt::format("{} frames in {:.1f} s: {:.1f} frames/s; peak memory {:.0f} MB\n",
-                      result.frames.size(), facts.wall_s,
-                      static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9),
-                      PeakResidentMb());
+  text += fmt::format(
+      "{} frames in {:.1f} s: {:.1f} frames/s, after {:.1f} s to start up; peak memory {:.0f} MB\n",
+      result.frames.size(), facts.wall_s,
+      static_cast<double>(result.frames.size()) / std::max(facts.wall_s, 1e-9), facts.start_up_s,
+      PeakResidentMb());
   return text;
 }
 
