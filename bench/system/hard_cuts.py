@@ -11,6 +11,10 @@ with each network:
   eighth   every eighth image
   dim      the second half at half the brightness
   blur     every image blurred by 12 pixels of motion, each in a direction of its own
+  writing  a display's writing, scales and cross over every image
+  noise    noise of 15 of 255
+  mirrored left and right changed
+  reversed from the last image to the first
 The table (absolute trajectory error over the frames of the largest map, in brackets the largest, and how many frames it
 holds; where there are further maps, frames in all and maps) goes to stdout as Markdown, everything to OUT/hard_cuts.json.
 Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared); a flight is named by the folder that it was rendered
@@ -29,8 +33,9 @@ from place_datasets import Shot, load_sequence, write_dataset  # noqa: E402
 from run import processor  # noqa: E402
 
 EVERY = {"third": 3, "fifth": 5, "eighth": 8}
-CUTS = ("as_is", *EVERY, "dim", "blur")
+CUTS = ("as_is", *EVERY, "dim", "blur", "writing", "noise", "mirrored", "reversed")
 BLUR_PX = 12
+NOISE = 15
 DEFAULT = "default"
 METHODS = ("nearest", "superglue")
 
@@ -45,6 +50,11 @@ def make_cut(cut, sequence):
         return every[:middle] + [Shot(sequence, i, brightness=0.5) for i in range(middle, len(every))], sequence.rate_hz
     if cut == "blur":
         return [Shot(sequence, i, blur_px=BLUR_PX) for i in range(len(every))], sequence.rate_hz
+    changed = {"writing": {"writing": True}, "noise": {"noise": NOISE}, "mirrored": {"mirrored": True}}.get(cut)
+    if changed:
+        return [Shot(sequence, i, **changed) for i in range(len(every))], sequence.rate_hz
+    if cut == "reversed":
+        return every[::-1], sequence.rate_hz
     return every, sequence.rate_hz
 
 
@@ -106,7 +116,8 @@ def main():
         for cut in arguments.cuts:
             shots, rate_hz = make_cut(cut, sequence)
             dataset = arguments.cache / f"{label}-{cut}"
-            write_dataset(dataset, sequence.camera, rate_hz, shots)
+            camera = sequence.camera.mirrored() if cut == "mirrored" else sequence.camera
+            write_dataset(dataset, camera, rate_hz, shots)
             runs = [run_once(arguments.program, dataset, model, arguments.out / f"{label}-{cut}-{network}",
                              sequence.horizontal) for model, network in zip(arguments.models, names)]
             results["runs"] += [{"sequence": label, "cut": cut, "model": model, **run}

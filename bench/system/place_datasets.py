@@ -5,11 +5,11 @@ import hashlib
 import json
 import math
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw
 
 JPEG_QUALITY = 95
 BLUR_STEPS = 16
@@ -31,6 +31,12 @@ class Camera:
     def window(self, left, top, width, height):
         """The camera of a part of the image."""
         return Camera(self.model, width, height, self.fx, self.fy, self.cx - left, self.cy - top, self.distortion)
+
+    def mirrored(self):
+        distortion = list(self.distortion)
+        if len(distortion) >= 4 and self.model == "radial_tangential":
+            distortion[3] = -distortion[3]
+        return replace(self, cx=self.width - 1 - self.cx, distortion=tuple(distortion))
 
     def around_centre(self, square):
         """The largest part of the image, square or not, that is the same when turned about the principal point."""
@@ -80,12 +86,17 @@ class Shot:
     quarter_turns: int = 0
     brightness: float = 1
     blur_px: float = 0  # the way that the image moves during the exposure, in a direction drawn for each image
+    noise: float = 0  # standard deviation, of 255
+    mirrored: bool = False  # left and right change places, in the world as well
+    writing: bool = False  # a display over the image, as many drones' videos have it
 
     def truth(self):
-        """The camera's pose; where the image is turned, so is the camera."""
+        """The camera's pose; where the image is turned, so is the camera. Of a mirrored world only the position."""
         if self.index is None or not self.sequence.truth[self.index]:
             return None
         position, (x, y, z, w) = self.sequence.truth[self.index]
+        if self.mirrored:
+            return (-position[0], *position[1:]), (0, 0, 0, 1)
         angle = -self.quarter_turns * math.pi / 2
         s, c = math.sin(angle / 2), math.cos(angle / 2)
         return position, (x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s)
@@ -201,6 +212,33 @@ def blurred(image, length_px, seed):
     return Image.fromarray(np.rint(total / BLUR_STEPS).astype(np.uint8))
 
 
+def with_writing(image, number):
+    """What a display shows: lines of text that change, scales and a cross in the middle."""
+    image = image.copy()
+    draw = ImageDraw.Draw(image)
+    width, height = image.size
+    lines = [f"REC 00:{number // 60 % 60:02}:{number % 60:02}", "ISO 100  1/500  F2.8  4K",
+             f"BAT 78  SAT 17  H 45.{number % 10}m"]
+    for row, text in enumerate(lines):
+        draw.rectangle((8, 8 + 14 * row, 8 + 6 * len(text), 20 + 14 * row), fill=20)
+        draw.text((8, 8 + 14 * row), text, fill=255)
+    draw.text((width - 150, height - 20), f"N 47.3{number % 1000:03} E 8.5{7 * number % 1000:03}", fill=255)
+    x, y = width // 2, height // 2
+    for near, far in ((8, 30), (-8, -30)):
+        draw.line((x + near, y, x + far, y), fill=255, width=2)
+        draw.line((x, y + near, x, y + far), fill=255, width=2)
+    for tick in range(width // 3, 2 * width // 3, 12):
+        draw.line((tick, height - 14, tick, height - 6), fill=255)
+    for tick in range(height // 4, 3 * height // 4, 12):
+        draw.line((width - 24, tick, width - 14, tick), fill=255)
+    return image
+
+
+def noisy(image, sigma, seed):
+    values = np.asarray(image) + np.random.default_rng(seed).normal(0, sigma, (image.height, image.width))
+    return Image.fromarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))
+
+
 def write_image(shot, camera, folder, number):
     """Gives the file's name, relative to the dataset."""
     unchanged = shot == Shot(shot.sequence, shot.index) and shot.index is not None and camera == shot.sequence.camera
@@ -213,11 +251,18 @@ def write_image(shot, camera, folder, number):
         image = Image.new("L", (camera.width, camera.height))
     else:
         with Image.open(shot.sequence.images[shot.index]) as original:
-            image = resample(original, shot.sequence.camera, camera, shot.quarter_turns)
+            if shot.mirrored:
+                image = original.convert("L").transpose(Image.Transpose.FLIP_LEFT_RIGHT)
+            else:
+                image = resample(original, shot.sequence.camera, camera, shot.quarter_turns)
         if shot.blur_px > 0:
             image = blurred(image, shot.blur_px, shot.index)
         if shot.brightness != 1:
             image = image.point(lambda value: round(value * shot.brightness))
+        if shot.noise > 0:
+            image = noisy(image, shot.noise, shot.index)
+        if shot.writing:
+            image = with_writing(image, number)
     image.save(file, quality=JPEG_QUALITY)
     return file.relative_to(folder)
 
@@ -225,8 +270,8 @@ def write_image(shot, camera, folder, number):
 def write_dataset(folder, camera, rate_hz, shots):
     """A dataset of the shots, one behind the other at the given rate. Whatever was made before in the same way stays."""
     recipe = [Path(__file__).read_text(), asdict(camera), rate_hz,
-              [(str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px)
-               for s in shots]]
+              [(str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px, s.noise,
+                s.mirrored, s.writing) for s in shots]]
     made_by = hashlib.sha256(json.dumps(recipe).encode()).hexdigest()
     stamp = folder / "made_by.txt"
     if stamp.is_file() and stamp.read_text() == made_by:
