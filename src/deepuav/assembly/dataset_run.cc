@@ -1,9 +1,14 @@
 #include "deepuav/assembly/dataset_run.h"
 
+#include <fmt/ranges.h>
+
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/io/map_origin.h"
 #include "deepuav/io/options_file.h"
 #include "deepuav/system/photo_survey.h"
 
@@ -21,10 +26,16 @@ std::unique_ptr<Dataset> Open(const DatasetRequest& request, DatasetOptions opti
   return OpenDataset(request.dataset, options);
 }
 
-/// Of a run that ended in time.
-bool WasSpoilt(const SlamResult& result, const ReadoutSearchOptions& options) {
-  return !result.stopped && result.failure.empty() && result.readout &&
-         result.readout->cost_share >= options.begin_anew_share;
+/// Photographs that found no place, by their names.
+void NameUnplaced(const SlamResult& result, const Dataset& dataset) {
+  std::vector<std::string> names;
+  for (const FrameRecord& record : result.frames) {
+    if (record.located()) continue;
+    if (const auto frame = FrameAt(dataset, record.time))
+      names.push_back(dataset.ImageName(*frame));
+  }
+  if (!names.empty())
+    Log().warn("{} photographs are in no map: {}", names.size(), fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -123,13 +134,15 @@ void DatasetRun::RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& h
   run->result = std::move(survey.result);
   run->atlas = std::move(survey.outcome.atlas);
   run->camera = std::move(survey.outcome.camera);
+  NameUnplaced(run->result, *dataset_);
   lens_ = survey.outcome.lens;
 }
 
 void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
                             const RunHooks& hooks, FinishedRun* run) {
+  const bool began_in_maps = loaded.has_value();
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
-  if (schedule_ != Schedule::kLive && WasSpoilt(pass.result, options_.system.mapping.readout))
+  if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result))
     pass = PassAnew(std::move(pass), hooks);
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
@@ -144,8 +157,9 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
 
 DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions& options,
                                       Eyes* eyes, std::optional<LoadedAtlas> loaded,
-                                      const RunHooks& hooks) {
+                                      const RunHooks& hooks, const ImageRegion& left_out) {
   Slam slam(camera, options, eyes->perception());
+  slam.LeaveOut(left_out);
   if (loaded) slam.Load(std::move(loaded->atlas));
   slam.UseSensors(sensors_.streams);
   slam.Observe(hooks.observer);
@@ -161,15 +175,23 @@ DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions&
   return pass;
 }
 
+bool DatasetRun::WasSpoilt(const SlamResult& result) const {
+  if (result.stopped || !result.failure.empty()) return false;
+  const auto& readout = result.readout;
+  return result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share ||
+         (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share);
+}
+
 DatasetRun::Pass DatasetRun::PassAnew(Pass spoilt, const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
   if (hooks.observer) hooks.observer->OnRestart();
   if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;
-  knowing.mapping.readout.refine_known = true;
+  knowing.mapping.readout.refine_known = spoilt.result.readout.has_value();
   Eyes eyes(spoilt.camera, options_);
-  Pass pass = PassOver(spoilt.camera, knowing, &eyes, std::nullopt, hooks);
+  Pass pass =
+      PassOver(spoilt.camera, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
   if (pass.result.stopped || !pass.result.failure.empty()) {
     Log().warn("that ended early: the results are those of the first time");
     spoilt.result.stopped = pass.result.stopped;

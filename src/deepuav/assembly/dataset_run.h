@@ -58,8 +58,12 @@ class DatasetRun {
     Camera camera;
   };
   Pass PassOver(const Camera& camera, const SystemOptions& options, Eyes* eyes,
-                std::optional<LoadedAtlas> loaded, const RunHooks& hooks);
-  /// Once more, with the camera that `spoilt` ended with; `spoilt` itself where that ends early.
+                std::optional<LoadedAtlas> loaded, const RunHooks& hooks,
+                const ImageRegion& left_out = {});
+  /// Whether the map was made without what the pass found out by its end.
+  bool WasSpoilt(const SlamResult& result) const;
+  /// Once more, with the camera that `spoilt` ended with and without what it left out; `spoilt`
+  /// itself where that ends early.
   Pass PassAnew(Pass spoilt, const RunHooks& hooks);
 
   const Stopwatch since_start_;

@@ -248,6 +248,16 @@ void Mapper::SetAsideMoving(MapId map) {
   set_aside_ += RemoveMoving(&atlas_->At(map), options_.moving, options_.trust.hovering);
 }
 
+void Mapper::SetAsideIn(const ImageRegion& region) {
+  const StageScope stage(stages_, "set aside what moves");
+  for (const MapId id : atlas_->Remaining()) {
+    Map& map = atlas_->At(id);
+    const int before = map.LandmarkCount();
+    RemoveObservationsIn(region, &map);
+    set_aside_ += before - map.LandmarkCount();
+  }
+}
+
 void Mapper::ChangeMotionsIn(MapId map, const std::map<KeyframeId, ReadoutMotion>& motions) {
   ChangeMotions(motions, camera_, &atlas_->At(map));
 }

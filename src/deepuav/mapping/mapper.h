@@ -155,7 +155,9 @@ class Mapper {
 
   /// Removes what seems to lie on things that move, once nothing is adjusted to it any more.
   void SetAsideMoving(MapId map);
-  /// How many landmarks that were.
+  /// Takes away, in all maps, what was observed in this part of the image.
+  void SetAsideIn(const ImageRegion& region);
+  /// How many landmarks those two were.
   int64_t set_aside() const { return set_aside_; }
 
  private:

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "deepuav/base/option_check.h"
 #include "deepuav/map/all_keyframes.h"
@@ -107,6 +109,19 @@ int RemoveMoving(Map* map, const MovingLandmarkOptions& options, const HoveringO
   });
   for (const LandmarkId id : moving) map->RemoveLandmark(id);
   return static_cast<int>(moving.size());
+}
+
+void RemoveObservationsIn(const ImageRegion& region, Map* map) {
+  std::vector<std::pair<KeyframeId, LandmarkId>> observations;
+  map->keyframes().ForEach([&](const Keyframe& keyframe) {
+    for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+      if (keyframe.landmarks[i].valid() && region.Covers(keyframe.features().keypoints[i].image_px))
+        observations.emplace_back(keyframe.id, keyframe.landmarks[i]);
+    }
+  });
+  for (const auto& [keyframe, landmark] : observations) {
+    if (map->Contains(landmark)) map->RemoveObservation(keyframe, landmark);
+  }
 }
 
 }  // namespace deepuav

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/features/image_region.h"
 #include "deepuav/map/map.h"
 #include "deepuav/mapping/hovering_landmarks.h"
 
@@ -44,5 +45,9 @@ struct MovingLandmarkOptions {
 /// - or, seen few times, it lies nearer or farther than everything around it in the image;
 /// - or, seen not often, it hovers above the ground: what stands there stays in view.
 int RemoveMoving(Map* map, const MovingLandmarkOptions& options, const HoveringOptions& hovering);
+
+/// Removes what keyframes observe in this part of their images, and landmarks that nothing is left
+/// of.
+void RemoveObservationsIn(const ImageRegion& region, Map* map);
 
 }  // namespace deepuav

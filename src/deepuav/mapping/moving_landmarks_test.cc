@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "deepuav/base/error.h"
+#include "support/map_builder.h"
 #include "support/synthetic_map.h"
 
 namespace deepuav {
@@ -135,6 +136,36 @@ TEST_F(MovingLandmarksTest, OptionsOutOfRangeAreRefused) {
   options_ = {};
   options_.min_found_ratio = 1.5;
   EXPECT_THROW(options_.Check(), Error);
+}
+
+TEST_F(MovingLandmarksTest, WhatLiesInAPartOfTheImageIsTakenAway) {
+  ImageRegion left(world_.camera().width, world_.camera().height, 8);
+  const auto in_left_half = [&](const Eigen::Vector2f& px) {
+    return px.x() < static_cast<float>(world_.camera().width) / 2;
+  };
+  const auto observations = [&](bool of_left) {
+    int count = 0;
+    map().keyframes().ForEach([&](const Keyframe& keyframe) {
+      for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+        if (keyframe.landmarks[i].valid())
+          count += left.Covers(keyframe.features().keypoints[i].image_px) == of_left;
+      }
+    });
+    return count;
+  };
+  map().keyframes().ForEach([&](const Keyframe& keyframe) {
+    for (const Keypoint& k : keyframe.features().keypoints) {
+      if (in_left_half(k.image_px)) left.Add(left.CellOf(k.image_px));
+    }
+  });
+  const int landmarks = map().LandmarkCount(), right = observations(false);
+  ASSERT_GT(observations(true), 100);
+  RemoveObservationsIn(left, &map());
+  EXPECT_EQ(observations(true), 0);
+  EXPECT_GT(observations(false), right * 3 / 4) << "but of landmarks that one view is left of";
+  EXPECT_LT(map().LandmarkCount(), landmarks);
+  EXPECT_GT(map().LandmarkCount(), 0);
+  ASSERT_NO_FATAL_FAILURE(CheckConsistent(map()));
 }
 
 }  // namespace

@@ -67,9 +67,9 @@ class ThreadedLane : public MappingLane {
   void Change(std::function<void()> change) override { following_ = Follow(std::move(change)); }
 
  private:
-  /// A keyframe's insertion and what follows it, a visit, a change, and another's insertion behind
-  /// them.
-  static constexpr size_t kMostTasks = 5;
+  /// A keyframe's insertion and what follows it, a visit, two changes, and another's insertion
+  /// behind them.
+  static constexpr size_t kMostTasks = 6;
 
   template <typename Result>
   std::future<Result> Enqueue(std::function<Result()> work);

@@ -38,6 +38,43 @@ SurveyView ViewOf(Frame frame, TurnedDescriber* turned, ImageStore* images,
   return view;
 }
 
+/// The rows of the key points outside of the region.
+StoredDescriptors RowsOutside(const ImageRegion& region, const Features& features,
+                              const StoredDescriptors& stored, TemporaryFile* file) {
+  if (stored.size() == 0) return stored;
+  const Descriptors all = stored.Load();
+  Descriptors outside(all.dimension());
+  for (int i = 0; i < features.size(); ++i) {
+    if (!region.Covers(features.keypoints[static_cast<size_t>(i)].image_px))
+      outside.AppendFrom(all, i);
+  }
+  return {std::move(outside), file};
+}
+
+/// Leaves out what all photographs show at the same place, as writing or parts of the vehicle.
+void LeaveOutWhatIsFixed(const Camera& camera, const ImageFixedOptions& options,
+                         TemporaryFile* turned_file, std::vector<SurveyView>* views,
+                         SlamResult* result) {
+  std::vector<std::shared_ptr<const Features>> photographs;
+  for (const SurveyView& view : *views) photographs.push_back(view.frame.features);
+  const ImageRegion region = FixedInPhotographs(photographs, camera.width, camera.height, options);
+  result->image_fixed = region;
+  if (region.empty()) return;
+  int64_t all = 0, left = 0;
+  for (SurveyView& view : *views) {
+    for (StoredDescriptors& turned : view.turned)
+      turned = RowsOutside(region, *view.frame.features, turned, turned_file);
+    all += view.frame.features->size();
+    view.frame.features = Outside(region, view.frame.features);
+    left += view.frame.features->size();
+  }
+  result->image_fixed_keypoint_share = 1 - static_cast<double>(left) / static_cast<double>(all);
+  Log().info(
+      "something fixed to the camera hides {:.1f} % of the photographs, where {:.1f} % of the key "
+      "points lie: it is left out",
+      100 * region.Share(), 100 * result->image_fixed_keypoint_share);
+}
+
 FrameRecord RecordOf(const Frame& frame, const SurveyOutcome& outcome,
                      const SurveyOutcome::Place& place) {
   FrameRecord record;
@@ -135,6 +172,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
       if (hooks.progress) hooks.progress(id);
     }
   }
+  LeaveOutWhatIsFixed(camera, options.image_fixed, &turned_file, &views, &run.result);
   // What was seen until then is still made a map, for a while.
   Stopwatch since_stop;
   const auto late = [&] {

@@ -43,6 +43,7 @@ Slam::Slam(const Camera& camera, const SystemOptions& options, const Perception&
       back_end_(&atlas_, &mapper_, places_ ? &*places_ : nullptr, MakeLoopCloser(),
                 perception.turned, options.adjustment_delay_keyframes, &clock_),
       tracker_(camera, TrackingIn(options_), &matcher_, &clock_),
+      image_fixed_(camera, options_.image_fixed),
       lost_frames_(camera, options_, places_ ? &*places_ : nullptr, perception.turned,
                    MatchersOfPlaces(), &clock_) {
   options_.Check();
@@ -126,6 +127,10 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   result.closed_loops = back_end_.closed_loops();
   result.merged_maps = back_end_.merged_maps();
   result.landmarks_set_aside = mapper_.set_aside();
+  result.image_fixed = image_fixed_.region();
+  result.image_fixed_keypoint_share =
+      static_cast<double>(left_out_keypoints_) /
+      static_cast<double>(std::max<int64_t>(1, keypoints_since_known_));
   result.stage_durations_s = clock_.Durations();
   return result;
 }
@@ -139,16 +144,19 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
     while (true) {
       result->stopped = stop && stop();
       if (result->stopped) break;
-      const std::optional<Frame> frame = feed->Next();
-      if (!frame) {
+      const std::optional<Frame> taken = feed->Next();
+      if (!taken) {
         result->stopped = live && stop && stop();
         break;
       }
-      result->frames.push_back(Process(*frame, mapping, live));
+      const Frame frame = WithoutWhatIsFixed(*taken);
+      TrackingResult tracked = Process(frame, mapping, live);
+      if (tracked.pose) LearnWhatIsFixed(*taken, *tracked.pose, mapping);
+      result->frames.push_back(MakeRecord(frame, tracked));
       records.Limit(&result->frames);
       if (std::exchange(result->forgotten_frames, records.forgotten()) != records.forgotten())
         ForgetRemoved(mapping, *result);
-      if (observer_) observer_->OnFrame(result->frames.back(), *frame);
+      if (observer_) observer_->OnFrame(result->frames.back(), frame);
       if (progress) progress(result->frames.back());
       if (meanwhile_.due && meanwhile_.due()) SaveMeanwhile(mapping, *result);
     }
@@ -160,7 +168,7 @@ void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Pr
   }
 }
 
-FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
+TrackingResult Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
   const StageScope stage(&clock_, "track");
   CollectLocalMap(frame, mapping, live);
   TrackingResult result = tracker_.Track(frame, !keyframe_under_way_);
@@ -181,7 +189,26 @@ FrameRecord Slam::Process(const Frame& frame, MappingLane* mapping, bool live) {
     keyframe_under_way_ = frame.id;
     mapping->Submit(std::move(*result.keyframe));
   }
-  return MakeRecord(frame, result);
+  return result;
+}
+
+Frame Slam::WithoutWhatIsFixed(const Frame& taken) {
+  if (image_fixed_.region().empty()) return taken;
+  Frame frame = image_fixed_.Without(taken);
+  keypoints_since_known_ += taken.features->size();
+  left_out_keypoints_ += taken.features->size() - frame.features->size();
+  return frame;
+}
+
+void Slam::LearnWhatIsFixed(const Frame& frame, const TrackedPose& pose, MappingLane* mapping) {
+  const StageScope stage(&clock_, "learn what is fixed");
+  const bool is_first = image_fixed_.region().empty();
+  if (!image_fixed_.Learn(frame, pose)) return;
+  const ImageRegion& region = image_fixed_.region();
+  Log().log(is_first ? spdlog::level::info : spdlog::level::debug,
+            "frame {}: something fixed to the camera hides {:.1f} % of its images: it is left out",
+            frame.id.value, 100 * region.Share());
+  if (!options_.localise_only) mapping->Change([this, region] { mapper_.SetAsideIn(region); });
 }
 
 void Slam::FollowInUnchangedMap(TrackingResult* result) {

@@ -21,6 +21,7 @@
 #include "deepuav/system/slam_result.h"
 #include "deepuav/system/stage_clock.h"
 #include "deepuav/system/system_options.h"
+#include "deepuav/tracking/image_fixed_points.h"
 #include "deepuav/tracking/tracker.h"
 
 namespace deepuav {
@@ -70,6 +71,9 @@ class Slam {
     sensors_at_end_ = std::move(streams);
   }
 
+  /// Leaves out what is seen in this part of the images.
+  void LeaveOut(const ImageRegion& region) { image_fixed_.Know(region); }
+
   /// `observer` (may be null) must outlive the run.
   void Observe(RunObserver* observer);
 
@@ -94,7 +98,7 @@ class Slam {
  private:
   void ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Progress& progress,
                   const std::function<bool()>& stop, SlamResult* result);
-  FrameRecord Process(const Frame& frame, MappingLane* mapping, bool live);
+  TrackingResult Process(const Frame& frame, MappingLane* mapping, bool live);
   void CollectLocalMap(const Frame& frame, MappingLane* mapping, bool live);
   /// The frame's place in any map; nothing where no pose is sure.
   std::optional<TrackingResult> Relocalise(const Frame& frame, MappingLane* mapping);
@@ -103,6 +107,9 @@ class Slam {
   LoopCloser* MakeLoopCloser();
   bool StartMap(const InitialMapRequest& request, MappingLane* mapping);
   void FollowInUnchangedMap(TrackingResult* result);
+  Frame WithoutWhatIsFixed(const Frame& taken);
+  /// From a frame with all its key points.
+  void LearnWhatIsFixed(const Frame& frame, const TrackedPose& pose, MappingLane* mapping);
   SlamResult ResultSoFar(const SlamResult& result) const;
   void SaveMeanwhile(MappingLane* mapping, const SlamResult& result);
   /// Has the maps forget what no frame refers to any more, once frames were forgotten.
@@ -120,6 +127,8 @@ class Slam {
   std::optional<LoopCloser> loop_closer_;
   BackEnd back_end_;
   Tracker tracker_;
+  ImageFixedPoints image_fixed_;
+  int64_t keypoints_since_known_ = 0, left_out_keypoints_ = 0;
   LostFrames lost_frames_;
   int relocalisations_ = 0;
   SensorStreams sensors_;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/features/image_region.h"
 #include "deepuav/mapping/lens_search.h"
 #include "deepuav/mapping/readout_search.h"
 #include "deepuav/system/frame_record.h"
@@ -25,7 +26,9 @@ struct SlamResult {
   int maps_joined_by_imu = 0;
   int maps_given_up = 0;            ///< As all their frames found a place in another: BriefMaps.
   int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
-  std::map<MapId, InertialAttempt> inertial;          ///< Of each map, where there were samples.
+  ImageRegion image_fixed;  ///< Where the image shows what is fixed to the camera, at the end.
+  double image_fixed_keypoint_share = 0;      ///< Of the key points, since that was known, in 0..1.
+  std::map<MapId, InertialAttempt> inertial;  ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   MapCovariances covariances;                         ///< Of the keyframes, in the end.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.

@@ -17,6 +17,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("tracking", options.tracking);
   visit("initialiser", options.tracking.initialiser);
   visit("keyframes", options.tracking.keyframes);
+  visit("image_fixed", options.image_fixed);
   visit("mapping", options.mapping);
   visit("survey", options.survey);
   visit("looping", options.looping);

@@ -2,6 +2,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/options.h"
+#include "deepuav/features/image_fixed_votes.h"
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/survey/survey_options.h"
@@ -46,6 +47,7 @@ struct SystemOptions {
       5;                 ///< For adjusting and locating at the end of a run that was stopped.
   PatchOptions patches;  ///< For tracking and mapping.
   TrackingOptions tracking;
+  ImageFixedOptions image_fixed;
   MappingOptions mapping;
   LoopingOptions looping;
   SurveyOptions survey;
