@@ -21,6 +21,30 @@ double MedianDepthRatio(const std::vector<Sim3Correspondence>& pairs, const Sim3
   return Median(std::move(ratios));
 }
 
+/// Of the way between two cameras over the depth of what the second sees: where it is less, as
+/// where both keyframes are of one image, reprojection errors are the same at any scale.
+constexpr double kLeastParallax = 0.005;
+
+double Parallax(const std::vector<Sim3Correspondence>& pairs, const SE3& a_from_b) {
+  std::vector<double> depths;
+  depths.reserve(pairs.size());
+  for (const Sim3Correspondence& pair : pairs) depths.push_back(pair.point_b.z());
+  return a_from_b.translation().norm() / Median(std::move(depths));
+}
+
+Sim3OptimisationResult Align(const Pinhole& pinhole, std::vector<Sim3Correspondence> pairs,
+                             const SE3& a_from_b, Sim3OptimisationOptions options) {
+  const double ratio = options.fixed_scale ? 1 : MedianDepthRatio(pairs, Sim3(a_from_b));
+  const Sim3 scaled(SE3(), ratio);
+  if (Parallax(pairs, a_from_b) >= kLeastParallax)
+    return OptimizeSim3(pinhole, pairs, scaled * Sim3(a_from_b), options);
+  for (Sim3Correspondence& pair : pairs) pair.point_a /= ratio;
+  options.fixed_scale = true;
+  Sim3OptimisationResult result = OptimizeSim3(pinhole, pairs, Sim3(a_from_b), options);
+  result.a_from_b = scaled * result.a_from_b;
+  return result;
+}
+
 }  // namespace
 
 void VerifierOptions::Check() const { CheckOptions("looping.verifier", *this); }
@@ -75,10 +99,8 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
     return std::nullopt;
   }
 
-  const Sim3 cam_from_centre(finding.cam_from_place_world * centre.cam_from_world.Inverse());
-  const double ratio = options_.sim3.fixed_scale ? 1 : MedianDepthRatio(pairs, cam_from_centre);
-  const Sim3 initial = Sim3(SE3(), ratio) * cam_from_centre;
-  const Sim3OptimisationResult refined = OptimizeSim3(pinhole_, pairs, initial, options_.sim3);
+  const SE3 cam_from_centre = finding.cam_from_place_world * centre.cam_from_world.Inverse();
+  const Sim3OptimisationResult refined = Align(pinhole_, pairs, cam_from_centre, options_.sim3);
   const bool agree = refined.inlier_count >= options_.min_pairs &&
                      refined.inlier_count >= options_.min_pair_ratio * double(pairs.size());
   if (!agree) {

@@ -81,6 +81,17 @@ TEST_F(LoopVerifierTest, FindsHowAnotherMapLiesWhateverItsScale) {
   }
 }
 
+TEST_F(LoopVerifierTest, FindsTheScaleOfAMapOfTheSameImagesByItsDepths) {
+  for (const double scale : {0.5, 1.0, 3.0}) {
+    const Sim3 map_from_world(scale, RotationExp({0.5, -0.3, 1.0}), {10, -20, 5});
+    const Visit again = made_.Add(made_.AddMap(), FlightAlongStrip(0, 6), map_from_world);
+    const KeyframeId keyframe = again.keyframes[3];
+    const auto finding = Verify(again, keyframe, {place_.keyframes[3]});
+    ASSERT_TRUE(finding) << scale << ": " << reason_;
+    ExpectSimilar(finding->place_from_map_world, map_from_world.Inverse(), Mapped(again, keyframe));
+  }
+}
+
 TEST_F(LoopVerifierTest, FindsTheDriftOfALoopInOneMap) {
   const Sim3 drift(1.2, RotationExp({0.02, 0.01, -0.05}), {3, -2, 1});
   const Visit second = AddSecond(MapId{0}, drift);
