@@ -143,7 +143,7 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
   const bool began_in_maps = loaded.has_value();
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
   if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result))
-    pass = PassAnew(std::move(pass), hooks);
+    pass = PassAnew(camera, std::move(pass), hooks);
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
   run->camera = pass.camera;
@@ -178,20 +178,24 @@ DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions&
 bool DatasetRun::WasSpoilt(const SlamResult& result) const {
   if (result.stopped || !result.failure.empty()) return false;
   const auto& readout = result.readout;
-  return result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share ||
-         (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share);
+  if (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share)
+    return true;
+  return !result.image_fixed.empty() &&
+         result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
 }
 
-DatasetRun::Pass DatasetRun::PassAnew(Pass spoilt, const RunHooks& hooks) {
+DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
   if (hooks.observer) hooks.observer->OnRestart();
   if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;
-  knowing.mapping.readout.refine_known = spoilt.result.readout.has_value();
-  Eyes eyes(spoilt.camera, options_);
-  Pass pass =
-      PassOver(spoilt.camera, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
+  const bool tells_readout = spoilt.result.readout.has_value();
+  knowing.mapping.readout.refine_known = tells_readout;
+  // What else a map says of its camera that writing has bent is not to be relied on.
+  const Camera& known = tells_readout ? spoilt.camera : camera;
+  Eyes eyes(known, options_);
+  Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
   if (pass.result.stopped || !pass.result.failure.empty()) {
     Log().warn("that ended early: the results are those of the first time");
     spoilt.result.stopped = pass.result.stopped;
@@ -199,7 +203,7 @@ DatasetRun::Pass DatasetRun::PassAnew(Pass spoilt, const RunHooks& hooks) {
     return spoilt;
   }
   if (!pass.result.readout) pass.result.readout = spoilt.result.readout;
-  if (!pass.result.lens) pass.result.lens = spoilt.result.lens;
+  if (!pass.result.lens && tells_readout) pass.result.lens = spoilt.result.lens;
   return pass;
 }
 

@@ -62,9 +62,9 @@ class DatasetRun {
                 const ImageRegion& left_out = {});
   /// Whether the map was made without what the pass found out by its end.
   bool WasSpoilt(const SlamResult& result) const;
-  /// Once more, with the camera that `spoilt` ended with and without what it left out; `spoilt`
-  /// itself where that ends early.
-  Pass PassAnew(Pass spoilt, const RunHooks& hooks);
+  /// Once more, without what `spoilt` left out; with the camera that it ended with where that tells
+  /// a readout, else with the one it began with. `spoilt` itself where that ends early.
+  Pass PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks);
 
   const Stopwatch since_start_;
   const DatasetRequest request_;
