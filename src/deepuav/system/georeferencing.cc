@@ -122,9 +122,8 @@ std::map<MapId, GeoreferenceReport> Georeferencing::ApplyToAll(
     report = Apply(map, records, pinhole, refines_focal(map), stop);
     if (report.found) {
       Log().info(
-          "map {} is georeferenced by {} of {} fixes, {:.2f} m from its path; {:+.2f} s are added "
-          "to "
-          "their times",
+          "map {} is georeferenced by {} of {} fixes, {:.2f} m from its path; {:+.2f} s are "
+          "added to their times",
           map.value, report.used, report.fixes, report.horizontal_rms_m,
           report.found->clock_offset_s);
     } else {
