@@ -4,12 +4,12 @@
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "argument_checks.h"
-#include "commands.h"
+#include "arguments/argument_checks.h"
+#include "arguments/help_documents.h"
+#include "commands/commands.h"
 #include "deepuav/assembly/wrong_use.h"
-#include "deepuav/io/text_file.h"
-#include "help_documents.h"
-#include "interruption.h"
+#include "deepuav/io/files/text_file.h"
+#include "work/interruption.h"
 
 namespace {
 

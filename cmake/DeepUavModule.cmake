@@ -1,13 +1,15 @@
-# deepuav_module(NAME [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...] [OPENVINO_TESTS filter]
-#                [EXCLUDE regex])
+# deepuav_module(NAME [ROOMS folders...] [DEPENDS modules...] [LINK targets...] [TEST_LINK targets...]
+#                [OPENVINO_TESTS filter] [EXCLUDE regex])
 #
-# One library target of the folder's sources, and one test program of its *_test.cc, but for those that EXCLUDE matches.
-# Modules are made so that they can become part of the shared library, which shows nothing of them. DEPENDS are the modules whose headers
-# this one may include: tests/include_graph_test.py holds the sources to them. OPENVINO_TESTS, a filter as of
-# --gtest_filter, picks the tests that run a network; ctest knows them by the label "network".
+# One library target of the sources of the folder and of its ROOMS, and one test program of their *_test.cc, but for those
+# that EXCLUDE matches. Modules are made so that they can become part of the shared library, which shows nothing of them.
+# DEPENDS are the modules whose headers this one may include: tests/include_graph_test.py holds the sources to them.
+# OPENVINO_TESTS, a filter as of --gtest_filter, picks the tests that run a network; ctest knows them by the label
+# "network".
 function(deepuav_module NAME)
-  cmake_parse_arguments(ARG "" "OPENVINO_TESTS;EXCLUDE" "DEPENDS;LINK;TEST_LINK" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cc)
+  cmake_parse_arguments(ARG "" "OPENVINO_TESTS;EXCLUDE" "ROOMS;DEPENDS;LINK;TEST_LINK" ${ARGN})
+  list(TRANSFORM ARG_ROOMS APPEND "/*.cc")
+  file(GLOB sources CONFIGURE_DEPENDS *.cc ${ARG_ROOMS})
   if(ARG_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX "${ARG_EXCLUDE}")
   endif()

@@ -9,6 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 ARCHITECTURE = ROOT / "docs/architecture.md"
 ARROW_TABLE_HEAD = "| module | holds | may include |"
+ROOM_TABLE_HEAD = "| module | room | holds |"
 
 
 def table_rows(page, head):
@@ -28,6 +29,15 @@ def read_arrows(page):
         module.strip("`"): [] if arrows == "-" else [arrow.strip() for arrow in arrows.split(",")]
         for module, _, arrows in table_rows(page, ARROW_TABLE_HEAD)
     }
+
+
+def read_rooms(page):
+    """{module: {its rooms}} of the architecture's page, and of `apps`."""
+    rooms, module = {}, None
+    for named, room, _ in table_rows(page, ROOM_TABLE_HEAD):
+        module = named.strip("`") or module
+        rooms.setdefault(module, set()).add(room.strip("`"))
+    return rooms
 
 
 ARROWS = read_arrows(ARCHITECTURE.read_text())
@@ -166,6 +176,15 @@ class RepositoryTest(unittest.TestCase):
         violations = find_violations(ROOT)
         self.assertEqual(violations, [], "\n" + "\n".join(violations))
 
+
+    def test_rooms_are_those_of_the_page(self):
+        found = {}
+        for listing in (ROOT / "src/deepuav").glob("*/CMakeLists.txt"):
+            rooms = module_arguments(listing.read_text()).get("ROOMS")
+            if rooms:
+                found[listing.parent.name] = set(rooms)
+        found["apps"] = {path.name for path in (ROOT / "apps").iterdir() if path.is_dir()}
+        self.assertEqual(found, read_rooms(ARCHITECTURE.read_text()))
 
     def test_every_folder_is_a_module_of_the_page(self):
         folders = {listing.parent.name for listing in (ROOT / "src/deepuav").glob("*/CMakeLists.txt")}

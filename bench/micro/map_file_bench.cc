@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "deepuav/base/random.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "deepuav/simulation/camera_rays.h"
-#include "deepuav/simulation/light_tracer.h"
-#include "deepuav/simulation/renderer.h"
+#include "deepuav/simulation/rendering/camera_rays.h"
+#include "deepuav/simulation/rendering/light_tracer.h"
+#include "deepuav/simulation/rendering/renderer.h"
 
 // How fast pictures are rendered, and how fast Embree alone answers the same rays, first and
 // shadow.

@@ -22,7 +22,7 @@
 #include "deepuav/base/random.h"
 #include "deepuav/evaluation/truth.h"
 #include "deepuav/geometry/alignment.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/mapping/bundle_window.h"
 #include "deepuav/mapping/patch_observation.h"

@@ -17,7 +17,7 @@
 
 #include "bench_main.h"
 #include "deepuav/base/error.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 namespace {

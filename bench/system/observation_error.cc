@@ -18,7 +18,7 @@
 #include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/truth.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/matching/epipolar.h"
 
 namespace deepuav {

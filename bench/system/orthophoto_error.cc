@@ -21,7 +21,7 @@
 #include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
-#include "deepuav/io/geotiff_file.h"
+#include "deepuav/io/geodata/geotiff_file.h"
 #include "deepuav/ortho/map_scene.h"
 
 namespace deepuav {

@@ -30,7 +30,7 @@
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
 #include "deepuav/geometry/alignment.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/localisation/relocaliser.h"
 #include "deepuav/matching/nearest_neighbour.h"
 

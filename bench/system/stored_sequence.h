@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deepuav/features/superpoint.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 #include "deepuav/system/image_source.h"
 
 namespace deepuav {

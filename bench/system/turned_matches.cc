@@ -23,7 +23,7 @@
 #include "deepuav/evaluation/truth.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 #include "deepuav/matching/nearest_neighbour.h"
 
 namespace deepuav {

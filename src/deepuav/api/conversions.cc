@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav::api {
 

@@ -5,8 +5,8 @@
 #include "deepuav/api/types.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/image/image.h"
-#include "deepuav/io/map_origin.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/map_origin.h"
+#include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/system/frame_record.h"
 

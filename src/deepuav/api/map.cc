@@ -4,7 +4,7 @@
 
 #include "deepuav/api/conversions.h"
 #include "deepuav/api/guarded.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav::api {
 

@@ -3,7 +3,7 @@
 #include "deepuav/api/guarded.h"
 #include "deepuav/api/options_data.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/io/options_file.h"
+#include "deepuav/io/files/options_file.h"
 
 namespace deepuav::api {
 

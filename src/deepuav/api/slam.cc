@@ -9,9 +9,9 @@
 #include "deepuav/assembly/dataset_run.h"
 #include "deepuav/assembly/pushed_run.h"
 #include "deepuav/assembly/run_summary.h"
-#include "deepuav/io/euroc_sensor.h"
-#include "deepuav/io/folder_lock.h"
-#include "deepuav/io/sensor_files.h"
+#include "deepuav/io/datasets/euroc_sensor.h"
+#include "deepuav/io/files/folder_lock.h"
+#include "deepuav/io/geodata/sensor_files.h"
 
 namespace deepuav::api {
 namespace {

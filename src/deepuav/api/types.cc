@@ -2,9 +2,9 @@
 
 #include "deepuav/api/conversions.h"
 #include "deepuav/api/guarded.h"
-#include "deepuav/io/camera_file.h"
-#include "deepuav/io/euroc_sensor.h"
-#include "deepuav/io/yaml_map.h"
+#include "deepuav/io/cameras/camera_file.h"
+#include "deepuav/io/datasets/euroc_sensor.h"
+#include "deepuav/io/files/yaml_map.h"
 
 namespace deepuav::api {
 

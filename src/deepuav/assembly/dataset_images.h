@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 #include "deepuav/system/image_source.h"
 
 namespace deepuav {

@@ -8,8 +8,8 @@
 
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/io/map_origin.h"
-#include "deepuav/io/options_file.h"
+#include "deepuav/io/files/options_file.h"
+#include "deepuav/io/geodata/map_origin.h"
 #include "deepuav/system/photo_survey.h"
 
 namespace deepuav {

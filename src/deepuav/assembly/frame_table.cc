@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 namespace {

@@ -6,8 +6,8 @@
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/geometry/camera_scale.h"
-#include "deepuav/io/camera_file.h"
-#include "deepuav/io/found_camera.h"
+#include "deepuav/io/cameras/camera_file.h"
+#include "deepuav/io/cameras/found_camera.h"
 
 namespace deepuav {
 namespace {

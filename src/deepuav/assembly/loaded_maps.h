@@ -4,7 +4,7 @@
 #include <string>
 
 #include "deepuav/assembly/run_options.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 

@@ -5,7 +5,7 @@
 #include "deepuav/assembly/dataset_run.h"
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/geometry/camera_scale.h"
-#include "deepuav/io/gnss_file.h"
+#include "deepuav/io/geodata/gnss_file.h"
 
 namespace deepuav {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "deepuav/io/options_file.h"
+#include "deepuav/io/files/options_file.h"
 
 namespace deepuav {
 

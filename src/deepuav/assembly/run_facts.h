@@ -8,7 +8,7 @@
 #include "deepuav/assembly/found_calibration.h"
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/assembly/sensor_use.h"
-#include "deepuav/io/map_origin.h"
+#include "deepuav/io/geodata/map_origin.h"
 #include "deepuav/system/slam.h"
 
 namespace deepuav {

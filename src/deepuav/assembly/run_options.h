@@ -13,7 +13,7 @@
 #include "deepuav/base/options.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 #include "deepuav/matching/late_matcher.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/matching/superglue.h"

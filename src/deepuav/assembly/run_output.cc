@@ -9,12 +9,12 @@
 
 #include "deepuav/assembly/frame_table.h"
 #include "deepuav/assembly/run_summary.h"
-#include "deepuav/io/atomic_file.h"
-#include "deepuav/io/geo_trajectory.h"
-#include "deepuav/io/map_export.h"
-#include "deepuav/io/map_file.h"
-#include "deepuav/io/point_cloud.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/files/atomic_file.h"
+#include "deepuav/io/geodata/geo_trajectory.h"
+#include "deepuav/io/geodata/trajectory.h"
+#include "deepuav/io/maps/map_export.h"
+#include "deepuav/io/maps/map_file.h"
+#include "deepuav/io/maps/point_cloud.h"
 
 namespace deepuav {
 namespace {

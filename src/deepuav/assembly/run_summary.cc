@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "deepuav/assembly/run_options.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 #include "deepuav/survey/survey_adjustment.h"
 
 namespace deepuav {

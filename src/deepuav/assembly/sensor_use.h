@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 
 namespace deepuav {
 

@@ -2,7 +2,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/capture/live_source.h"
-#include "deepuav/io/dataset.h"
+#include "deepuav/io/datasets/dataset.h"
 
 namespace deepuav {
 

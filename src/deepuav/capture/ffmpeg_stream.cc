@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/ffmpeg_handles.h"
-#include "deepuav/io/frame_converter.h"
+#include "deepuav/io/datasets/ffmpeg_handles.h"
+#include "deepuav/io/datasets/frame_converter.h"
 
 namespace deepuav {
 namespace {

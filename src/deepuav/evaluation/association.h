@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/trajectory.h"
 
 namespace deepuav {
 

@@ -5,7 +5,7 @@
 
 #include "deepuav/evaluation/statistics.h"
 #include "deepuav/geometry/alignment.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/trajectory.h"
 
 namespace deepuav {
 

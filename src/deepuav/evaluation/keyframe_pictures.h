@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/io/dataset.h"
-#include "deepuav/io/map_origin.h"
+#include "deepuav/io/datasets/dataset.h"
+#include "deepuav/io/geodata/map_origin.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {

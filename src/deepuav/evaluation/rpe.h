@@ -6,7 +6,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/evaluation/statistics.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/trajectory.h"
 
 namespace deepuav {
 

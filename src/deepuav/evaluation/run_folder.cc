@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/text_file.h"
+#include "deepuav/io/files/text_file.h"
 
 namespace deepuav {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/io/point_cloud.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/trajectory.h"
+#include "deepuav/io/maps/point_cloud.h"
 
 namespace deepuav {
 

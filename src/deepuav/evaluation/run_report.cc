@@ -6,7 +6,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/evaluation/evaluation_report.h"
 #include "deepuav/evaluation/packed_array.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/sensors/lever_arm.h"
 
 namespace deepuav {

@@ -3,7 +3,7 @@
 #include "deepuav/evaluation/evaluation_report.h"
 #include "deepuav/evaluation/packed_array.h"
 #include "deepuav/evaluation/testing/run_files.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "support/map_builder.h"
 
 namespace deepuav {

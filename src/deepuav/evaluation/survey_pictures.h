@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/io/dataset.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/datasets/dataset.h"
+#include "deepuav/io/maps/map_file.h"
 
 namespace deepuav {
 

@@ -7,10 +7,10 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/io/euroc_sensor.h"
-#include "deepuav/io/sensor_files.h"
-#include "deepuav/io/text_file.h"
-#include "deepuav/io/yaml_map.h"
+#include "deepuav/io/datasets/euroc_sensor.h"
+#include "deepuav/io/files/text_file.h"
+#include "deepuav/io/files/yaml_map.h"
+#include "deepuav/io/geodata/sensor_files.h"
 
 namespace deepuav {
 namespace {

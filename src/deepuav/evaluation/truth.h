@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "deepuav/io/gnss_file.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/geodata/gnss_file.h"
+#include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {

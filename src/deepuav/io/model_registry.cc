@@ -5,8 +5,8 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/inference/session.h"
-#include "deepuav/io/text_file.h"
-#include "deepuav/io/yaml_map.h"
+#include "deepuav/io/files/text_file.h"
+#include "deepuav/io/files/yaml_map.h"
 
 namespace deepuav {
 namespace {

@@ -1,21 +1,21 @@
 #include <cmath>
 
 #include "deepuav/image/image.h"
-#include "deepuav/io/camera_file.h"
-#include "deepuav/io/dataset.h"
-#include "deepuav/io/euroc_sensor.h"
-#include "deepuav/io/exif.h"
-#include "deepuav/io/gnss_file.h"
-#include "deepuav/io/gpmf_file.h"
-#include "deepuav/io/kitti_calibration.h"
-#include "deepuav/io/options_file.h"
-#include "deepuav/io/sensor_files.h"
-#include "deepuav/io/srt_file.h"
+#include "deepuav/io/cameras/camera_file.h"
+#include "deepuav/io/cameras/exif.h"
+#include "deepuav/io/cameras/xmp.h"
+#include "deepuav/io/datasets/dataset.h"
+#include "deepuav/io/datasets/euroc_sensor.h"
+#include "deepuav/io/datasets/kitti_calibration.h"
+#include "deepuav/io/files/options_file.h"
+#include "deepuav/io/geodata/gnss_file.h"
+#include "deepuav/io/geodata/gpmf_file.h"
+#include "deepuav/io/geodata/sensor_files.h"
+#include "deepuav/io/geodata/srt_file.h"
+#include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/io/testing/fuzzing.h"
 #include "deepuav/io/testing/gpmf_test_support.h"
 #include "deepuav/io/testing/io_test_support.h"
-#include "deepuav/io/trajectory.h"
-#include "deepuav/io/xmp.h"
 
 namespace deepuav {
 namespace {

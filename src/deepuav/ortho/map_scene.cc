@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/map_origin.h"
+#include "deepuav/io/geodata/map_origin.h"
 
 namespace deepuav {
 namespace {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "deepuav/io/dataset.h"
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/datasets/dataset.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/ortho/ortho_view.h"
 #include "deepuav/ortho/photographs.h"
 

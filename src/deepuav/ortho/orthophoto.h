@@ -6,7 +6,7 @@
 #include <string>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/io/geotiff_file.h"
+#include "deepuav/io/geodata/geotiff_file.h"
 #include "deepuav/ortho/map_scene.h"
 #include "deepuav/ortho/mosaic.h"
 #include "deepuav/ortho/seams.h"

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "deepuav/base/error.h"
-#include "deepuav/io/text_file.h"
-#include "deepuav/io/trajectory.h"
+#include "deepuav/io/files/text_file.h"
+#include "deepuav/io/geodata/trajectory.h"
 
 namespace deepuav {
 namespace {

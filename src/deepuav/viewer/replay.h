@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/io/map_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/viewer/recorded_frames.h"
 #include "deepuav/viewer/view_model.h"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "deepuav/base/sha256.h"
-#include "deepuav/io/map_file.h"
-#include "deepuav/io/section_file.h"
+#include "deepuav/io/files/section_file.h"
+#include "deepuav/io/maps/map_file.h"
 #include "deepuav/io/testing/io_test_support.h"
 #include "deepuav/io/testing/map_test_support.h"
 

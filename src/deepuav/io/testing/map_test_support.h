@@ -1,7 +1,7 @@
 #pragma once
 
 #include "deepuav/geometry/camera.h"
-#include "deepuav/io/map_origin.h"
+#include "deepuav/io/geodata/map_origin.h"
 #include "deepuav/map/atlas.h"
 
 namespace deepuav {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "deepuav/simulation/buildings.h"
-#include "deepuav/simulation/road_network.h"
-#include "deepuav/simulation/terrain.h"
+#include "deepuav/simulation/world/buildings.h"
+#include "deepuav/simulation/world/road_network.h"
+#include "deepuav/simulation/world/terrain.h"
 
 namespace deepuav {
 

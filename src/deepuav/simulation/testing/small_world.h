@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "deepuav/simulation/renderer.h"
+#include "deepuav/simulation/rendering/renderer.h"
 
 namespace deepuav {
 

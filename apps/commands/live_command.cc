@@ -1,0 +1,191 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "arguments/argument_checks.h"
+#include "arguments/option_arguments.h"
+#include "commands/commands.h"
+#include "deepuav/assembly/live_run.h"
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/io/files/folder_lock.h"
+#include "deepuav/system/observer_list.h"
+#include "work/interruption.h"
+#if DEEPUAV_WITH_MAVLINK
+#include "arguments/autopilot_arguments.h"
+#endif
+#if DEEPUAV_WITH_REPORT
+#include "arguments/view_arguments.h"
+#endif
+
+namespace deepuav {
+namespace {
+
+constexpr double kMostSeconds = 86'400;
+
+/// What the command line says.
+struct LiveArguments {
+  LiveRequest request;
+  std::string out, log_level = "info";
+  double save_every_s = 60;
+  bool localise_only = false;
+  OptionArguments options;
+#if DEEPUAV_WITH_MAVLINK
+  AutopilotArguments autopilot;
+#endif
+#if DEEPUAV_WITH_REPORT
+  ViewArguments view;
+#endif
+};
+
+#if DEEPUAV_WITH_REPORT
+FeedView FeedOf(const LiveStatus& status) {
+  constexpr double kMs = 1e3;
+  const char* pictures[] = {"open", "open, stands still", "open, frozen"};
+  FeedView view;
+  view.link = status.counts.is_open ? pictures[static_cast<int>(status.counts.picture)] : "closed";
+  view.arrived = status.counts.arrived;
+  view.skipped = status.skipped;
+  view.reconnects = status.counts.reconnects;
+  view.latency_ms = kMs * status.latency.median_s;
+  view.latency_p95_ms = kMs * status.latency.p95_s;
+  return view;
+}
+
+/// `live` must outlive the view's page.
+void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
+  hooks->say = [view](const std::string& line) { view->model().AddEvent(line); };
+  view->model().AskForFeed([&live] { return FeedOf(live.status()); });
+}
+#endif
+
+std::string DescribeLive(const FinishedRun& run) {
+  const LiveFacts& live = *run.facts.live;
+  return fmt::format(
+      "{} images arrived, {} overtaken by newer ones, {} frozen, {} of other proportions; the link "
+      "came back {} times\npose {:.1f} ms after the image (median; 95 %: {:.1f} ms)\n",
+      live.arrived, run.result.skipped_late, live.frozen, live.misfits, live.reconnects,
+      1e3 * live.median_latency_s, 1e3 * live.p95_latency_s);
+}
+
+void Run(const LiveArguments& arguments) {
+  LogToStderr(arguments.log_level);
+  auto settings = ReadRunSettings(arguments.options);
+  settings->options.system.localise_only |= arguments.localise_only;
+#if DEEPUAV_WITH_MAVLINK
+  const InertialOptions inertial = settings->options.system.sensors.imu;
+#endif
+  MakeOutputFolder(arguments.out);
+  const FolderLock lock(arguments.out);
+  ProbeOutput(std::filesystem::path(arguments.out) / "summary.json");
+  LiveRun live(arguments.request, std::move(settings));
+  CatchSignals();
+  LiveHooks hooks;
+  hooks.stop = [] { return SignalReceived() != 0; };
+  hooks.out = arguments.out;
+  hooks.save_every_s = arguments.save_every_s;
+  ObserverList observers;
+  hooks.observer = &observers;
+#if DEEPUAV_WITH_MAVLINK
+  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, inertial, &live);
+  if (autopilot) {
+    AutopilotObserver* const observer = autopilot->observer();
+    observers.Add(observer);
+    hooks.arrived = [observer](Timestamp time, const Stopwatch& since_arrival) {
+      observer->Arrived(time, since_arrival);
+    };
+    if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
+  }
+#endif
+#if DEEPUAV_WITH_REPORT
+  const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());
+  if (view) {
+    observers.Add(view->observer());
+    Show(live, view.get(), &hooks);
+  }
+#endif
+  const FinishedRun run = live.Run(hooks);
+  WriteRunOutput(arguments.out, run);
+  std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);
+  if (!run.result.failure.empty())
+    throw Error("{} (what was computed is in {})", run.result.failure, arguments.out);
+  ExitIfInterrupted();
+  if (run.result.frames.empty()) throw Error("{}: no image came", live.SourceName());
+  if (run.atlas.Remaining().empty())
+    throw Error("{}: no map was started: {}", live.SourceName(), run.result.frames.back().reason);
+}
+
+CLI::Validator Seconds() {
+  return NumberThat([](double value) { return value >= 0 && value <= kMostSeconds; },
+                    "0 to 86400 seconds");
+}
+
+void AddSourceArguments(CLI::App& command, LiveArguments& arguments) {
+  command
+      .add_option("SOURCE", arguments.request.source,
+                  "Camera (/dev/video0), address (rtsp://, rtp://, udp://, http://, https://, or a "
+                  "session description .sdp), video file or dataset")
+      ->required()
+      ->check(NamedPath());
+  command.add_option("--camera", arguments.request.camera,
+                     "Calibration (camera.yaml); without one the dataset's, or a guess");
+  command
+      .add_option("--clock", arguments.request.clock,
+                  "Times of the images: of their arrival, of the stream, or auto (files: stream)")
+      ->check(CLI::IsMember({"auto", "arrival", "stream"}))
+      ->capture_default_str();
+  command.add_flag("--loop", arguments.request.pace.loop,
+                   "A file or dataset begins anew after its end, again and again");
+  command.add_option("--speed", arguments.request.pace.speed, "A file's seconds a second")
+      ->check(
+          NumberThat([](double value) { return value >= 0.01 && value <= 1000; }, "0.01 to 1000"))
+      ->capture_default_str();
+  command
+      .add_option("--timeout", arguments.request.stream.timeout_s,
+                  "Seconds without an image after which the link counts as dropped")
+      ->check(NumberThat([](double value) { return value >= 0.1 && value <= kMostSeconds; },
+                         "0.1 to 86400 seconds"))
+      ->capture_default_str();
+}
+
+void AddArguments(CLI::App& command, LiveArguments& arguments) {
+  AddSourceArguments(command, arguments);
+  command.add_option("--out", arguments.out, "Folder for the results, made if absent")
+      ->required()
+      ->check(NamedOutput());
+  command
+      .add_option("--save-every", arguments.save_every_s,
+                  "Seconds after which what there is is saved into it; 0: at the end only")
+      ->check(Seconds())
+      ->capture_default_str();
+  AddOptionArguments(command, arguments.options);
+  AddFeaturesArguments(command, arguments.options);
+  AddPrecisionArgument(command, arguments.options);
+  command.add_option("--map", arguments.request.map,
+                     "Go on with the maps of an earlier run (its map.deepuav)");
+  command
+      .add_flag("--localise-only", arguments.localise_only,
+                "Find the camera in these maps and leave them as they are")
+      ->needs("--map");
+#if DEEPUAV_WITH_MAVLINK
+  AddAutopilotArguments(command, arguments.autopilot);
+#endif
+#if DEEPUAV_WITH_REPORT
+  AddViewArguments(command, arguments.view);
+#endif
+  AddLogLevelArgument(command, arguments.log_level);
+}
+
+}  // namespace
+
+void AddLiveCommand(CLI::App& app) {
+  auto arguments = std::make_shared<LiveArguments>();
+  CLI::App* command = app.add_subcommand("live", "SLAM over a camera or a stream as it comes");
+  command->footer(
+      "Example:\n  deepuav live rtsp://10.0.0.2/front --camera camera.yaml --out out/flight\n"
+      "Ends, with all saved, on SIGINT, SIGTERM or SIGHUP, or at the end of a file.");
+  AddArguments(*command, *arguments);
+  command->callback([arguments] { Run(*arguments); });
+}
+
+}  // namespace deepuav

@@ -1,0 +1,77 @@
+#include "deepuav/io/cameras/xmp.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "deepuav/io/cameras/exif.h"
+
+namespace deepuav {
+namespace {
+
+/// Values of drone-dji:RtkFlag: a position of one receiver alone, one to decimetres while the
+/// ambiguities of the carrier's phase are open, one to centimetres once they are fixed.
+constexpr double kRtkSingle = 16, kRtkFloat = 34, kRtkFixed = 50;
+/// Where the flag says a kind and no standard deviation stands beside it.
+constexpr double kFloatSigma_m = 0.5, kFixedSigma_m = 0.02;
+constexpr double kVerticalOverHorizontal = 2;
+constexpr double kMostSigma_m = 1000;
+
+/// The number that follows `name`, as an attribute (name="1") or as an element (<name>1</name>).
+std::optional<double> XmpNumber(std::string_view head, std::string_view name) {
+  size_t at = head.find(name);
+  if (at == std::string_view::npos) return std::nullopt;
+  at += name.size();
+  constexpr std::string_view kBetween = "=\"'> \t";
+  while (at < head.size() && kBetween.find(head[at]) != std::string_view::npos) ++at;
+  if (at < head.size() && head[at] == '+') ++at;
+  double value = 0;
+  const auto [end, status] = std::from_chars(head.data() + at, head.data() + head.size(), value);
+  if (status != std::errc() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// 0 where there is none that can be.
+double XmpSigma(std::string_view head, std::string_view name) {
+  const double sigma = XmpNumber(head, name).value_or(0);
+  return sigma > 0 && sigma < kMostSigma_m ? sigma : 0;
+}
+
+Eigen::Vector3d RtkSigma(std::string_view head, double flag) {
+  Eigen::Vector3d sigma(XmpSigma(head, "drone-dji:RtkStdLon"),
+                        XmpSigma(head, "drone-dji:RtkStdLat"),
+                        XmpSigma(head, "drone-dji:RtkStdHgt"));
+  if (flag < kRtkFloat || (sigma.array() > 0).all()) return sigma;
+  const double usual_m = flag >= kRtkFixed ? kFixedSigma_m : kFloatSigma_m;
+  return {usual_m, usual_m, kVerticalOverHorizontal * usual_m};
+}
+
+}  // namespace
+
+std::optional<XmpLens> ParseXmpLens(std::string_view head) {
+  const auto focal = XmpNumber(head, "drone-dji:CalibratedFocalLength");
+  if (!focal || *focal <= 0) return std::nullopt;
+  return XmpLens{*focal, XmpNumber(head, "drone-dji:CalibratedOpticalCenterX"),
+                 XmpNumber(head, "drone-dji:CalibratedOpticalCenterY")};
+}
+
+std::optional<GnssFix> ParseXmpRtkFix(std::string_view head) {
+  const double flag = XmpNumber(head, "drone-dji:RtkFlag").value_or(0);
+  if (flag < kRtkSingle) return std::nullopt;
+  const auto latitude = XmpNumber(head, "drone-dji:GpsLatitude");
+  auto longitude = XmpNumber(head, "drone-dji:GpsLongitude");
+  if (!longitude) longitude = XmpNumber(head, "drone-dji:GpsLongtitude");  // Sic, by some.
+  if (!latitude || !longitude) return std::nullopt;
+  GnssFix fix;
+  fix.latitude_deg = *latitude;
+  fix.longitude_deg = *longitude;
+  fix.altitude_m = XmpNumber(head, "drone-dji:AbsoluteAltitude");
+  fix.sigma_m = RtkSigma(head, flag);
+  return IsPlaceOnEarth(fix) ? std::optional(fix) : std::nullopt;
+}
+
+Eigen::Vector3d ParseXmpAccuracy_m(std::string_view head) {
+  const double horizontal_m = XmpSigma(head, "Camera:GPSXYAccuracy");
+  return {horizontal_m, horizontal_m, XmpSigma(head, "Camera:GPSZAccuracy")};
+}
+
+}  // namespace deepuav

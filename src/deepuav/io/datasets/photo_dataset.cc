@@ -1,0 +1,299 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "deepuav/base/error.h"
+#include "deepuav/base/logging.h"
+#include "deepuav/io/cameras/camera_file.h"
+#include "deepuav/io/cameras/exif.h"
+#include "deepuav/io/cameras/found_camera.h"
+#include "deepuav/io/cameras/xmp.h"
+#include "deepuav/io/datasets/image_file_dataset.h"
+#include "deepuav/io/datasets/layout_readers.h"
+#include "deepuav/io/files/text_file.h"
+#include "deepuav/io/geodata/sensor_files.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Photograph {
+  fs::path file;
+  PhotoExif exif;
+  std::optional<XmpLens> xmp;
+  std::optional<GnssFix> fix;    ///< By the best of what the file says.
+  std::optional<cv::Size> size;  ///< Nothing where it cannot be read.
+};
+
+/// Many cameras write altitudes from another origin, or the barometer's.
+constexpr double kAltitudeSigma_m = 10;
+
+std::optional<GnssFix> FixOf(const PhotoExif& exif, std::string_view head) {
+  std::optional<GnssFix> fix = ParseXmpRtkFix(head);
+  if (!fix) {
+    fix = exif.fix;
+    if (!fix) return fix;
+    const Eigen::Vector3d accuracy_m = ParseXmpAccuracy_m(head);
+    if (accuracy_m.x() > 0) fix->sigma_m = accuracy_m;
+  }
+  if (fix->sigma_m.z() == 0) fix->sigma_m.z() = kAltitudeSigma_m;
+  return fix;
+}
+
+/// What the file says of itself before its pixels.
+void ReadHeader(Photograph* photograph) {
+  // EXIF, XMP, thumbnail and what makers add.
+  constexpr size_t kHeadBytes = size_t{512} << 10;
+  try {
+    const std::string head = ReadHead(photograph->file, kHeadBytes);
+    photograph->exif = ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
+    photograph->xmp = ParseXmpLens(head);
+    photograph->fix = FixOf(photograph->exif, head);
+    photograph->size = StoredSize(photograph->file);
+  } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
+    Log().warn("{}", error.what());
+  }
+}
+
+bool IsHidden(const fs::path& file, const fs::path& below) {
+  const fs::path relative = file.lexically_relative(below);
+  return std::any_of(relative.begin(), relative.end(),
+                     [](const fs::path& part) { return part.string().starts_with('.'); });
+}
+
+// By name, numbers in it by their value: IMG_9 before IMG_10.
+std::vector<Photograph> ListPhotographs(const fs::path& images) {
+  std::vector<Photograph> photographs;
+  for (const auto& entry :
+       fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
+    const fs::path& file = entry.path();
+    if (IsImageFileName(file) && !IsHidden(file, images) && !entry.is_directory())
+      photographs.push_back({file, {}, {}, {}, {}});
+  }
+  std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
+    return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;
+  });
+  for (Photograph& photograph : photographs) ReadHeader(&photograph);
+  return photographs;
+}
+
+/// Of one size and camera; photographs without EXIF are taken for those of the camera that most of
+/// their size name.
+using PhotographGroup = std::pair<std::pair<int, int>, std::string>;
+
+std::vector<std::optional<PhotographGroup>> GroupsOf(const std::vector<Photograph>& photographs) {
+  std::map<std::pair<int, int>, std::map<std::string, int>> models;
+  const auto size_of = [](const Photograph& photograph) {
+    return std::pair(photograph.size->width, photograph.size->height);
+  };
+  for (const Photograph& photograph : photographs) {
+    if (photograph.size && !photograph.exif.camera_model.empty())
+      ++models[size_of(photograph)][photograph.exif.camera_model];
+  }
+  std::vector<std::optional<PhotographGroup>> groups;
+  for (const Photograph& photograph : photographs) {
+    std::optional<PhotographGroup>& group = groups.emplace_back();
+    if (!photograph.size) continue;
+    std::string model = photograph.exif.camera_model;
+    const std::map<std::string, int>& named = models[size_of(photograph)];
+    if (model.empty() && !named.empty()) {
+      model = std::max_element(named.begin(), named.end(), [](const auto& a, const auto& b) {
+                return a.second < b.second;
+              })->first;
+    }
+    group = {size_of(photograph), model};
+  }
+  return groups;
+}
+
+std::string Described(const PhotographGroup& group) {
+  const auto& [size, model] = group;
+  return fmt::format("{}x{}{}", size.first, size.second, model.empty() ? "" : " by " + model);
+}
+
+/// Leaves out the photographs that are not of the camera and size that most have, and names them.
+void KeepLargestGroup(std::vector<Photograph>* photographs) {
+  const std::vector<std::optional<PhotographGroup>> groups = GroupsOf(*photographs);
+  std::map<PhotographGroup, std::vector<std::string>> names;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (groups[i]) names[*groups[i]].push_back((*photographs)[i].file.filename().string());
+  }
+  if (names.size() < 2) return;
+  const PhotographGroup largest =
+      std::max_element(names.begin(), names.end(), [](const auto& a, const auto& b) {
+        return a.second.size() < b.second.size();
+      })->first;
+  for (const auto& [group, files] : names) {
+    if (group == largest) continue;
+    Log().warn("left out, {} photographs that are {} where most are {}: {}", files.size(),
+               Described(group), Described(largest), fmt::join(files, ", "));
+  }
+  std::vector<Photograph> kept;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (!groups[i] || *groups[i] == largest) kept.push_back(std::move((*photographs)[i]));
+  }
+  *photographs = std::move(kept);
+}
+
+constexpr int64_t kSecond = 1000000000;
+/// Gives photographs of the same time, as cameras that leave out fractions of a second write them,
+/// equal parts of the second or of what passes until the next. Says no where all have one time, or
+/// more than a camera takes in a second: that is when they were copied.
+bool SpreadEqualTimes(std::vector<Photograph>* sorted) {
+  constexpr int64_t kMostInOneSecond = 30;
+  const auto end = sorted->end();
+  for (auto first = sorted->begin(); first != end;) {
+    const int64_t time = first->exif.time->nanoseconds;
+    const auto next =
+        std::find_if(first, end, [&](const auto& p) { return p.exif.time->nanoseconds != time; });
+    const int64_t count = next - first;
+    if (count > kMostInOneSecond || (count > 1 && count == std::ssize(*sorted))) return false;
+    const int64_t passes =
+        next == end ? kSecond : std::min(kSecond, next->exif.time->nanoseconds - time);
+    for (int64_t i = 0; i < count; ++i, ++first)
+      first->exif.time->nanoseconds = time + i * passes / count;
+  }
+  return true;
+}
+
+/// Gives the few photographs without a time that of the one before them by name.
+void FillTimes(std::vector<Photograph>* photographs) {
+  std::vector<std::string> without;
+  for (const Photograph& photograph : *photographs) {
+    if (!photograph.exif.time) without.push_back(photograph.file.filename().string());
+  }
+  if (without.empty() || 2 * without.size() > photographs->size()) return;
+  Log().warn("{} photographs without EXIF time are taken to follow those before them by name: {}",
+             without.size(), fmt::join(without, ", "));
+  const auto first = std::ranges::find_if(
+      *photographs, [](const Photograph& photograph) { return photograph.exif.time.has_value(); });
+  Timestamp time = *first->exif.time;
+  for (Photograph& photograph : *photographs) {
+    if (photograph.exif.time) time = *photograph.exif.time;
+    photograph.exif.time = time;
+  }
+}
+
+bool SortByTime(std::vector<Photograph>* photographs) {
+  if (!std::all_of(photographs->begin(), photographs->end(),
+                   [](const auto& p) { return p.exif.time; }))
+    return false;
+  std::vector<Photograph> sorted = *photographs;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return *a.exif.time < *b.exif.time; });
+  if (!SpreadEqualTimes(&sorted)) return false;
+  *photographs = std::move(sorted);
+  return true;
+}
+
+std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
+                                        std::vector<Photograph>* photographs) {
+  FillTimes(photographs);
+  const bool timed = SortByTime(photographs);
+  Log().info("{}: {} photographs, times {}", images.string(), photographs->size(),
+             timed ? "from EXIF"
+                   : "of one second each by name, as EXIF times are missing or all the same");
+  std::vector<ImageFileFrame> frames;
+  frames.reserve(photographs->size());
+  for (Photograph& photograph : *photographs) {
+    if (!timed) photograph.exif.time = Timestamp{std::ssize(frames) * kSecond};
+    frames.push_back({*photograph.exif.time, photograph.file});
+  }
+  return frames;
+}
+
+/// In the order of the frames, with their times.
+std::vector<GnssFix> FixesOf(const std::vector<Photograph>& photographs) {
+  std::vector<GnssFix> fixes;
+  for (const Photograph& photograph : photographs) {
+    if (!photograph.fix) continue;
+    fixes.push_back(*photograph.fix);
+    fixes.back().time = *photograph.exif.time;
+  }
+  return fixes;
+}
+
+/// By the first photograph that tells; a guess where none does.
+FoundCamera FindCamera(const std::vector<Photograph>& photographs, const cv::Size& size) {
+  std::optional<FoundCamera> found;
+  int differing = 0;
+  constexpr double kSameLens = 0.01;
+  for (const Photograph& photograph : photographs) {
+    const auto own = CameraFromMetadata(photograph.xmp, photograph.exif, size);
+    if (!found) found = own;
+    if (!own) continue;
+    const double focal_px = found->camera.pinhole.fx;
+    if (std::abs(own->camera.pinhole.fx - focal_px) > kSameLens * focal_px) ++differing;
+  }
+  if (differing > 0) {
+    Log().warn("{}: {} of {} photographs have another focal length than the first",
+               photographs.front().file.string(), differing, photographs.size());
+  }
+  return found ? *found : GuessedCamera(size);
+}
+
+fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
+                        const DatasetOptions& options) {
+  if (!options.camera_file.empty()) return options.camera_file;
+  for (const fs::path& candidate : {images / "camera.yaml", folder / "camera.yaml"}) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path& images,
+                                         const DatasetOptions& options) {
+  std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
+  ImageFileSequence sequence;
+  sequence.kind = "photographs";
+  sequence.frames = OrderFrames(images, &photographs);
+  const SizedImage first = FirstReadable(sequence.frames);
+  const fs::path camera_file = FindCameraFile(folder, images, options);
+  CameraFile read{.camera = {}, .refine = true, .has_intrinsics = false};
+  if (!camera_file.empty()) read = ReadCameraFile(camera_file);
+  if (read.has_intrinsics) {
+    sequence.calibration_file = camera_file.string();
+    sequence.camera =
+        CameraForSize(read.camera, first.size, first.file.string(), sequence.calibration_file);
+    sequence.calibration = read.refine ? CalibrationByHand() : CalibrationSource{};
+  } else {
+    const FoundCamera found = FindCamera(photographs, first.size);
+    sequence.camera = found.camera;
+    sequence.camera.rate_hz = read.camera.rate_hz;
+    sequence.calibration = found.source;
+    sequence.calibration_file = found.source.text + " of " + images.string();
+  }
+  const std::vector<GnssFix> fixes = FixesOf(photographs);
+  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}", first.size.width,
+             first.size.height,
+             photographs.front().exif.camera_model.empty()
+                 ? ""
+                 : " by " + photographs.front().exif.camera_model,
+             sequence.camera.pinhole.fx, sequence.calibration.text, fixes.size(),
+             sequence.frames.size());
+  sequence.read_sensors = [folder, images, fixes] {
+    SensorStreams streams;
+    streams.gnss = ReadGnssBeside({images, folder}, "gps");
+    if (!streams.gnss.fixes.empty() || fixes.empty()) return streams;
+    streams.gnss = {.source = "EXIF of " + images.string(), .fixes = fixes};
+    return streams;
+  };
+  return MakeImageFileDataset(std::move(sequence), options);
+}
+
+std::vector<GnssFix> FixesOfPhotographs(const fs::path& images) {
+  std::vector<Photograph> photographs = ListPhotographs(images);
+  KeepLargestGroup(&photographs);
+  OrderFrames(images, &photographs);
+  return FixesOf(photographs);
+}
+
+}  // namespace deepuav

@@ -1,0 +1,281 @@
+#include <algorithm>
+#include <cmath>
+
+#include "deepuav/io/cameras/found_camera.h"
+#include "deepuav/io/datasets/dataset.h"
+#include "deepuav/io/geodata/gnss_file.h"
+#include "deepuav/io/testing/io_test_support.h"
+
+namespace deepuav {
+namespace {
+
+namespace fs = std::filesystem;
+
+TestExif Drone() {
+  TestExif exif;
+  exif.model = "FC300S";
+  exif.focal_length_mm = 3.61;
+  exif.focal_length_35mm = 20;
+  exif.latitude_deg = 28.5;
+  exif.longitude_deg = -82.25;
+  return exif;
+}
+
+class PhotoDatasetTest : public ::testing::Test {
+ protected:
+  void WritePhotograph(const std::string& name, const std::string& time, TestExif exif = Drone()) {
+    exif.time = time;
+    folder_.Write(name, Photograph(64, 48, 1, exif));
+  }
+  std::unique_ptr<Dataset> Open() { return OpenDataset(folder_.path()); }
+  std::vector<std::string> Names() {
+    std::vector<std::string> names;
+    const auto dataset = Open();
+    for (int i = 0; i < dataset->size(); ++i)
+      names.push_back(fs::path(dataset->Name(i)).filename());
+    return names;
+  }
+  using Strings = std::vector<std::string>;
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(PhotoDatasetTest, CameraAndFixComeFromExif) {
+  WritePhotograph("images/a.JPG", "2018:04:29 12:06:46");
+  WritePhotograph("images/b.jpeg", "2018:04:29 12:06:52");
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->Kind(), "photographs");
+  ASSERT_EQ(dataset->size(), 2);
+  EXPECT_TRUE(dataset->CalibrationIsApproximate());
+  const Camera& camera = dataset->camera();
+  EXPECT_NEAR(camera.pinhole.fx, 80 * 20.0 / std::hypot(36, 24), 1e-3);
+  EXPECT_EQ(camera.pinhole.fy, camera.pinhole.fx);
+  EXPECT_EQ(camera.pinhole.cx, 31.5);
+  EXPECT_EQ(camera.pinhole.cy, 23.5);
+  EXPECT_EQ(camera.lens, LensModel::kPinhole);
+  EXPECT_NEAR(camera.rate_hz, 1 / 6.0, 1e-12);
+  EXPECT_EQ(dataset->Time(0).nanoseconds, 1525003606000000000);
+  EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(1)), 6);
+  const GnssStream gnss = dataset->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 2u);
+  EXPECT_EQ(gnss.clock_sigma_s, 0);
+  EXPECT_EQ(gnss.fixes[1].time, dataset->Time(1));
+  EXPECT_NEAR(gnss.fixes[1].longitude_deg, -82.25, 1e-8);
+  EXPECT_FALSE(gnss.fixes[1].altitude_m);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, AreInOrderOfTime) {
+  WritePhotograph("a.jpg", "2018:04:29 12:06:52");
+  WritePhotograph("b.jpg", "2018:04:29 12:06:46");
+  EXPECT_EQ(Names(), (Strings{"b.jpg", "a.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, AreInOrderOfNameOneASecondWhereTimesAreMissingOrAllAreTheSame) {
+  WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_9.jpg", "");
+  WritePhotograph("img_11.jpg", "");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg", "img_11.jpg"}));
+  EXPECT_EQ(Open()->Time(1).nanoseconds, 1000000000);
+  EXPECT_EQ(Open()->camera().rate_hz, 1);
+  WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_11.jpg", "2018:04:29 12:06:46");
+  EXPECT_EQ(Names(), (Strings{"img_9.jpg", "img_10.jpg", "img_11.jpg"}));
+  EXPECT_EQ(Open()->Time(0).nanoseconds, 0);
+}
+
+TEST_F(PhotoDatasetTest, TheFewWithoutATimeFollowThoseBeforeThemByName) {
+  WritePhotograph("a.jpg", "2018:04:29 12:06:46");
+  folder_.Write("b.jpg", "not a photograph");
+  WritePhotograph("c.jpg", "2018:04:29 12:06:52");
+  folder_.Write("d.png", PngPhotograph(64, 48, 1, TestExif{}));
+  WritePhotograph("e.jpg", "2018:04:29 12:06:49");
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg", "e.jpg", "c.jpg", "d.png"}));
+  const auto dataset = Open();
+  const double expected_s[] = {0, 0.5, 3, 6, 6.5};
+  for (int i = 0; i < dataset->size(); ++i)
+    EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(i)), expected_s[i]) << i;
+}
+
+TEST_F(PhotoDatasetTest, PhotographsOfOneSecondShareItByName) {
+  WritePhotograph("img_9.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_10.jpg", "2018:04:29 12:06:46");
+  WritePhotograph("img_11.jpg", "2018:04:29 12:06:47");
+  WritePhotograph("img_8.jpg", "2018:04:29 12:06:44");
+  WritePhotograph("img_12.jpg", "2018:04:29 12:06:47");
+  EXPECT_EQ(Names(), (Strings{"img_8.jpg", "img_9.jpg", "img_10.jpg", "img_11.jpg", "img_12.jpg"}));
+  const auto dataset = Open();
+  const double expected_s[] = {0, 2, 2.5, 3, 3.5};
+  for (int i = 0; i < dataset->size(); ++i) {
+    EXPECT_EQ(SecondsBetween(dataset->Time(0), dataset->Time(i)), expected_s[i]) << i;
+  }
+}
+
+TEST_F(PhotoDatasetTest, ATimeOfMoreThanACameraTakesInASecondIsNotBelieved) {
+  for (int i = 0; i < 31; ++i) {
+    WritePhotograph(fmt::format("img_{}.jpg", i), "2018:04:29 12:06:46");
+  }
+  WritePhotograph("img_31.jpg", "2018:04:29 12:06:47");
+  EXPECT_EQ(Open()->Time(31).nanoseconds, 31000000000);
+}
+
+TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
+  WritePhotograph("a.jpg", "");
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  EXPECT_EQ(Open()->camera().pinhole.fx, 45.5);
+  EXPECT_FALSE(Open()->CalibrationIsApproximate());
+  folder_.Write("camera.yaml", "model: auto\nrate_hz: 2\n");
+  EXPECT_NEAR(Open()->camera().pinhole.fx, 80 * 20.0 / std::hypot(36, 24), 1e-3);
+  EXPECT_EQ(Open()->camera().rate_hz, 2);
+  EXPECT_TRUE(Open()->CalibrationIsApproximate());
+  folder_.Write("camera.yaml", Replaced(std::string(kTestCameraYaml), "width: 64", "width: 80"));
+  EXPECT_EQ(ErrorOf([&] { Open(); }),
+            (folder_.path() / "a.jpg").string() + ": image is 64x48: expected 80x48 as in " +
+                (folder_.path() / "camera.yaml").string() + ", or the same proportions");
+}
+
+TEST_F(PhotoDatasetTest, ACalibrationOfAnotherSizeIsScaled) {
+  folder_.Write("a.jpg", Photograph(128, 96, 1, Drone()));
+  folder_.Write("camera.yaml", kTestCameraYaml);
+  const Camera camera = Open()->camera();
+  EXPECT_EQ(camera.width, 128);
+  EXPECT_EQ(camera.pinhole.fx, 91);
+  EXPECT_EQ(camera.pinhole.cx, 2 * 31.75 - 0.5);
+}
+
+TEST_F(PhotoDatasetTest, WithoutFocalLengthAGuessIsSaidToBeOne) {
+  folder_.Write("a.png", EncodedImage(64, 48, 1, ".png"));
+  const auto dataset = Open();
+  EXPECT_TRUE(dataset->CalibrationIsApproximate());
+  EXPECT_EQ(dataset->Calibration().text, "a guess");
+  EXPECT_GT(dataset->Calibration().focal_sigma, 0.3);
+  EXPECT_GT(dataset->camera().pinhole.fx, 32);
+  EXPECT_LT(dataset->camera().pinhole.fx, 128);
+}
+
+TEST_F(PhotoDatasetTest, TheMakersCalibrationComesBeforeExif) {
+  const std::string xmp =
+      "http://ns.adobe.com/xap/1.0/ drone-dji:CalibratedFocalLength=\"70.5\" "
+      "drone-dji:CalibratedOpticalCenterX=\"33.0\" <drone-dji:CalibratedOpticalCenterY>25.0<";
+  std::string photograph = Photograph(64, 48, 1, Drone());
+  const std::string segment = std::string("\xff\xe1\x00", 3) + char(xmp.size() + 2) + xmp;
+  photograph.insert(2, segment);
+  folder_.Write("a.jpg", photograph);
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->Calibration().text, "XMP calibrated");
+  EXPECT_EQ(dataset->camera().pinhole.fx, 70.5);
+  EXPECT_EQ(dataset->camera().pinhole.cx, 33);
+  EXPECT_EQ(dataset->camera().pinhole.cy, 25);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, AMakersCalibrationThatCannotBeIsNotBelieved) {
+  const cv::Size size(4000, 3000);
+  for (const std::string text :
+       {"drone-dji:CalibratedFocalLength=\"0\"", "drone-dji:CalibratedFocalLength=\"nan\"",
+        "drone-dji:CalibratedFocalLength=\"1e9\"",
+        "drone-dji:CalibratedFocalLength=", "drone-dji"}) {
+    EXPECT_FALSE(CameraFromMetadata(ParseXmpLens(text), {}, size)) << text;
+  }
+  // Of a photograph that was reduced to a quarter since.
+  const auto reduced = CameraFromMetadata(XmpLens{3600, 2000, 1500}, {}, cv::Size(1000, 750));
+  ASSERT_TRUE(reduced);
+  EXPECT_NEAR(reduced->camera.pinhole.fx, 900, 1);
+}
+
+TEST_F(PhotoDatasetTest, LargeImagesAreWorkedOnReduced) {
+  folder_.Write("a.jpg", Photograph(2000, 1500, 1, Drone()));
+  const auto dataset = Open();
+  EXPECT_EQ(dataset->stored_camera().width, 2000);
+  const Camera& camera = dataset->camera();
+  EXPECT_NEAR(camera.width * camera.height, 1e6, 2e3);
+  EXPECT_EQ(dataset->Load(0).size(), cv::Size(camera.width, camera.height));
+  EXPECT_NEAR(camera.pinhole.fx / camera.width, dataset->stored_camera().pinhole.fx / 2000, 1e-9);
+  EXPECT_NEAR(camera.pinhole.cx, (camera.width - 1) / 2.0, 1e-9);
+  DatasetOptions options;
+  options.working_pixels = 0;
+  EXPECT_EQ(OpenDataset(folder_.path(), options)->Load(0).size(), cv::Size(2000, 1500));
+}
+
+TEST_F(PhotoDatasetTest, AreFoundInSubFoldersButNotInHiddenOnes) {
+  WritePhotograph("DCIM/100MEDIA/DJI_0002.JPG", "2018:04:29 12:06:52");
+  WritePhotograph("DCIM/101MEDIA/DJI_0001.JPG", "2018:04:29 12:06:58");
+  WritePhotograph("DCIM/.thumbnails/DJI_0002.JPG", "2018:04:29 12:06:52");
+  EXPECT_EQ(Names(), (Strings{"DJI_0002.JPG", "DJI_0001.JPG"}));
+}
+
+TEST_F(PhotoDatasetTest, OfMixedSizesAndCamerasTheMostAreTaken) {
+  WritePhotograph("a.jpg", "");
+  WritePhotograph("b.jpg", "");
+  WritePhotograph("c.jpg", "");
+  folder_.Write("d.jpg", Photograph(32, 48, 1, Drone()));
+  TestExif other = Drone();
+  other.model = "FC6310";
+  WritePhotograph("e.jpg", "", other);
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg", "c.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, AHeaderThatClaimsToBeHugeLeavesOutItsFileOnly) {
+  WritePhotograph("a.jpg", "");
+  WritePhotograph("b.jpg", "");
+  std::string png = EncodedImage(64, 48, 1, ".png");
+  png[18] = png[22] = 0x75;  // 30,000 x 30,000
+  png[19] = png[23] = 0x30;
+  folder_.Write("c.png", png);
+  EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, FixesNeedNoCalibration) {
+  TestExif exif = Drone();
+  exif.model = "unknown";
+  exif.focal_length_mm = 0;
+  exif.focal_length_35mm = 0;
+  WritePhotograph("images/b.jpg", "2018:04:29 12:06:46", exif);
+  WritePhotograph("images/a.jpg", "2018:04:29 12:06:52", exif);
+  const std::vector<GnssFix> fixes = ReadPhotographFixes(folder_.path());
+  ASSERT_EQ(fixes.size(), 2u);
+  EXPECT_EQ(SecondsBetween(fixes[0].time, fixes[1].time), 6);
+  EXPECT_NEAR(fixes[1].longitude_deg, -82.25, 1e-8);
+}
+
+TEST_F(PhotoDatasetTest, AFileOfFixesBesideThemStandsForExif) {
+  WritePhotograph("images/a.jpg", "2018:04:29 12:06:46", Drone());
+  WritePhotograph("images/b.jpg", "2018:04:29 12:06:52", Drone());
+  folder_.Write("gps.csv",
+                "time [s],latitude [deg],longitude [deg],altitude [m]\n"
+                "1525003606,47.1,8.5,400\n1525003607,47.2,8.5,401\n1525003608,47.3,8.5,402\n");
+  const GnssStream gnss = Open()->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 3u);
+  EXPECT_GT(gnss.clock_sigma_s, 0);
+  EXPECT_EQ(gnss.fixes[2].latitude_deg, 47.3);
+
+  folder_.Write("gps.csv", "image,latitude,longitude\na.jpg,47.1,8.5\n");
+  EXPECT_NE(Open()->ReadSensors().gnss.source.find("EXIF"), std::string::npos)
+      << "fixes without times";
+}
+
+TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {
+  WritePhotograph("a.jpg", "");
+  folder_.Write("b.jpg", "not a photograph");
+  WritePhotograph("c.jpg", "");
+  const auto dataset = Open();
+  ASSERT_EQ(dataset->size(), 3);
+  EXPECT_NE(ErrorOf([&] { dataset->Load(1); }).find("b.jpg"), std::string::npos);
+  EXPECT_EQ(dataset->Load(2).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, ReadsPngAndTiffToo) {
+  TestExif exif = Drone();
+  folder_.Write("a.png", PngPhotograph(64, 48, 1, exif));
+  folder_.Write("b.tif", EncodedImage(64, 48, 1, ".tif"));
+  folder_.Write(".hidden.jpg", "x");
+  const auto dataset = Open();
+  ASSERT_EQ(dataset->size(), 2);
+  const GnssStream gnss = dataset->ReadSensors().gnss;
+  ASSERT_EQ(gnss.fixes.size(), 1u);
+  EXPECT_EQ(gnss.fixes[0].time, dataset->Time(0));
+  EXPECT_EQ(dataset->Load(1).size(), cv::Size(64, 48));
+}
+
+}  // namespace
+}  // namespace deepuav
