@@ -2,15 +2,19 @@
 """`deepuav live` on files, datasets and a camera on the network that drops, freezes and changes its size.
 
   live_test.py DEEPUAV
+
+Where $DEEPUAV_FAKE_CAMERA names the library that stands for one (support/fake_camera.cc), on a camera of the machine, too.
 """
 import http.server
 import json
+import os
 import random
 import signal
 import subprocess
 import tempfile
 import threading
 import time
+import unittest
 from pathlib import Path
 
 import command_test_data as data
@@ -93,10 +97,10 @@ class Camera:
 class Live(UnderWay):
     """`deepuav live` under way."""
 
-    def __init__(self, source, out, *arguments, log_level="info"):
+    def __init__(self, source, out, *arguments, log_level="info", **options):
         self.out = out
         super().__init__(f"{out}.log", "live", source, "--out", out, "--log-level", log_level, *arguments,
-                         stdout=subprocess.PIPE, text=True)
+                         stdout=subprocess.PIPE, text=True, **options)
 
     def end(self, by=None):
         """Its exit status and what it printed."""
@@ -203,6 +207,28 @@ class LiveTest(SceneTest):
         self.assertGreater(told["frozen"], 0)
         self.assertGreater(told["misfits"], 0)
         self.assertLess(live.text().count("frozen"), 4, "a line for what happens, not for every image")
+
+    @unittest.skipUnless(os.environ.get("DEEPUAV_FAKE_CAMERA"), "no camera")
+    def test_a_camera_that_is_unplugged(self):
+        images = Path(tempfile.mkdtemp(prefix="images-", dir=self.scratch))
+        for i, image in enumerate(self.jpegs):
+            (images / f"{i:03}.jpg").write_bytes(image)
+        device = "/dev/video42"
+        camera = {"LD_PRELOAD": os.environ["DEEPUAV_FAKE_CAMERA"], "FAKE_CAMERA_DEVICE": device, "FAKE_CAMERA_HZ": str(RATE_HZ),
+                  "FAKE_CAMERA_IMAGES": str(images), "FAKE_CAMERA_SIZE": f"{layered_scene.WIDTH}x{layered_scene.HEIGHT}"}
+        live = self.live(device, "--camera", self.calibration, "--timeout", "1", env=os.environ | camera)
+        live.wait_for("map 0 starts")
+        (images / "gone").touch()
+        live.wait_for("the link dropped: opening it again")
+        (images / "gone").unlink()
+        live.wait_for(r"the link is open again after \d")
+        time.sleep(2)
+        self.assertEqual(live.end(signal.SIGINT)[0], 130)
+        summary = self.check_run(live, least_poses=2 * RATE_HZ)
+        self.assertEqual(summary["live"]["reconnects"], 1)
+        times = [float(pose.split()[0]) for pose in self.poses()]
+        self.assertTrue(all(b > a for a, b in zip(times, times[1:])))
+        self.assertAlmostEqual(times[-1], time.time(), delta=TIMEOUT_S)
 
     def test_memory_stays_over_many_loops(self):
         live = self.live(self.scene, "--loop", "--speed", "20", "--save-every", "2", "--set", "system.max_records=200",
