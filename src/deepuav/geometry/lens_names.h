@@ -12,7 +12,7 @@ namespace deepuav {
 /// As files call it.
 std::string NameOf(LensModel lens);
 
-/// Nothing for a name of none.
+/// By that name or one that other programs have for it; nothing for a name of none.
 std::optional<LensModel> LensModelOf(std::string_view name);
 
 std::vector<std::string> LensModelNames();

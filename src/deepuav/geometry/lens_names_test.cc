@@ -14,7 +14,8 @@ TEST(LensNames, LeadThereAndBack) {
     EXPECT_EQ(NameOf(*lens), name);
   }
   EXPECT_EQ(NameOf(LensModel::kRadialTangential), "radial_tangential");
-  EXPECT_FALSE(LensModelOf("fisheye"));
+  EXPECT_EQ(LensModelOf("fisheye"), LensModel::kEquidistant);
+  EXPECT_FALSE(LensModelOf("omni"));
   EXPECT_FALSE(LensModelOf(""));
 }
 

@@ -8,6 +8,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
 #include "deepuav/geometry/lens_names.h"
+#include "deepuav/io/cameras/calibration_formats.h"
 #include "deepuav/io/files/text_file.h"
 #include "deepuav/io/files/yaml_map.h"
 
@@ -49,6 +50,11 @@ void ReadIntrinsics(const YamlMap& yaml, const std::string& model, Camera* camer
                        "distortion");
 }
 
+CameraFile Known(const Camera& camera, const std::filesystem::path& file) {
+  camera.Check(file.string());
+  return {.camera = camera};
+}
+
 }  // namespace
 
 void CheckDistortionCount(LensModel lens, size_t count, const std::string& where,
@@ -59,7 +65,7 @@ void CheckDistortionCount(LensModel lens, size_t count, const std::string& where
   };
   switch (lens) {
     case LensModel::kPinhole:
-      return require(count == 0, "none for a pinhole");
+      return require(count == 0, "none for a pinhole (radial_tangential has some)");
     case LensModel::kRadialTangential:
       return require(count == 4 || count == 5, "4 or 5 (k1 k2 p1 p2 [k3])");
     case LensModel::kEquidistant:
@@ -78,7 +84,9 @@ double ReadReadout(const YamlMap& yaml) {
 }
 
 CameraFile ReadCameraFile(const std::filesystem::path& file) {
+  if (file.extension() == ".txt") return Known(ReadColmapCamera(file), file);
   const YamlMap yaml = YamlMap::Read(file);
+  if (const auto camera = CameraOfOtherPrograms(yaml)) return Known(*camera, file);
   yaml.RequireKnown(kFields);
   const std::string model = ReadModel(yaml);
   CameraFile result;

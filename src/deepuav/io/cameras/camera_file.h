@@ -19,8 +19,9 @@ struct CameraFile {
 
 /// Reads `model: pinhole | radial_tangential | equidistant | auto`, width, height, fx, fy, cx, cy
 /// (px), distortion (4 or 5, or 4 coefficients, none for a pinhole), rate_hz and readout_ms
-/// (optional). For `auto` everything but the model may be left out. Throws Error naming file, line,
-/// field, what was found and what was expected.
+/// (optional). For `auto` everything but the model may be left out. Calibrations of other programs
+/// (calibration_formats.h) are read as well. Throws Error naming file, line, field, what was found
+/// and what was expected.
 CameraFile ReadCameraFile(const std::filesystem::path& file);
 
 /// The same where there is no EXIF to fall back on: throws Error when the intrinsics are not given.

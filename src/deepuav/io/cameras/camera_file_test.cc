@@ -130,7 +130,8 @@ TEST_F(CameraFileTest, NamesTheNumberOfCoefficients) {
   EXPECT_EQ(Damaged(", 1.76187114e-05", ""),
             ":8: distortion holds 3 coefficients: expected 4 or 5 (k1 k2 p1 p2 [k3])");
   EXPECT_EQ(Damaged("radial_tangential", "pinhole"),
-            ":8: distortion holds 4 coefficients: expected none for a pinhole");
+            ":8: distortion holds 4 coefficients: expected none for a pinhole "
+            "(radial_tangential has some)");
   EXPECT_EQ(
       Message(Replaced(Replaced(std::string(kTestCameraYaml), "radial_tangential", "equidistant"),
                        "0.00019359, ", "0.00019359, 0, ")),
@@ -140,8 +141,8 @@ TEST_F(CameraFileTest, NamesTheNumberOfCoefficients) {
 TEST_F(CameraFileTest, NamesTheNearestOfAnUnknownWord) {
   EXPECT_EQ(Damaged("width", "widht"),
             ":2: unknown field 'widht': the nearest known one is 'width'");
-  EXPECT_EQ(Damaged("radial_tangential", "radial-tangential"),
-            ":1: model is 'radial-tangential': expected pinhole, radial_tangential, equidistant or "
+  EXPECT_EQ(Damaged("radial_tangential", "radial_tangental"),
+            ":1: model is 'radial_tangental': expected pinhole, radial_tangential, equidistant or "
             "auto (the nearest is "
             "'radial_tangential')");
 }

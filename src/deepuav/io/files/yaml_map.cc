@@ -28,7 +28,9 @@ std::string KindOf(const YAML::Node& node) {
 }  // namespace
 
 YamlMap YamlMap::Read(const std::filesystem::path& file) {
-  const std::string bytes = ReadBytes(file, kMaxYamlBytes);
+  std::string bytes = ReadBytes(file, kMaxYamlBytes);
+  // OpenCV's way to write a directive, which YAML does not know.
+  if (bytes.starts_with("%YAML:")) bytes[0] = '#';
   const std::string name = file.string();
   try {
     return YamlMap(YAML::Load(bytes), name, "");
