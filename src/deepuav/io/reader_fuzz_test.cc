@@ -1,18 +1,18 @@
 #include <cmath>
 
 #include "deepuav/image/image.h"
-#include "deepuav/io/cameras/camera_file.h"
 #include "deepuav/io/cameras/exif.h"
 #include "deepuav/io/cameras/xmp.h"
 #include "deepuav/io/datasets/dataset.h"
-#include "deepuav/io/datasets/euroc_sensor.h"
 #include "deepuav/io/datasets/kitti_calibration.h"
 #include "deepuav/io/files/options_file.h"
+#include "deepuav/io/geodata/geotag_file.h"
 #include "deepuav/io/geodata/gnss_file.h"
 #include "deepuav/io/geodata/gpmf_file.h"
 #include "deepuav/io/geodata/sensor_files.h"
 #include "deepuav/io/geodata/srt_file.h"
 #include "deepuav/io/geodata/trajectory.h"
+#include "deepuav/io/testing/camera_checks.h"
 #include "deepuav/io/testing/fuzzing.h"
 #include "deepuav/io/testing/gpmf_test_support.h"
 #include "deepuav/io/testing/io_test_support.h"
@@ -22,14 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
-
-void CheckCamera(const Camera& camera) {
-  EXPECT_GT(camera.width, 0);
-  EXPECT_LE(camera.width, kMaxImageSidePx);
-  EXPECT_LE(camera.height, kMaxImageSidePx);
-  EXPECT_TRUE(std::isfinite(camera.pinhole.fx) && camera.pinhole.fx > 0);
-  for (const double coefficient : camera.distortion) EXPECT_TRUE(std::isfinite(coefficient));
-}
 
 void CheckTrajectory(const Trajectory& trajectory) {
   EXPECT_FALSE(trajectory.empty());
@@ -43,25 +35,6 @@ class ReaderFuzzTest : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
 };
-
-TEST_F(ReaderFuzzTest, CameraFile) {
-  const std::string plain(kTestCameraYaml);
-  const std::string equidistant =
-      "model: equidistant\nwidth: 64\nheight: 48\nfx: 45\nfy: 45\ncx: 31\ncy: 24\ndistortion: "
-      "[0.01, 0.001, 0, 0]\n";
-  Fuzz({plain, equidistant, "model: auto\nrate_hz: 2\n"}, 5000, [&](const std::string& input) {
-    const CameraFile file = ReadCameraFile(folder_.Write("camera.yaml", input));
-    if (file.has_intrinsics) CheckCamera(file.camera);
-  });
-}
-
-TEST_F(ReaderFuzzTest, SensorFile) {
-  Fuzz({std::string(kTestSensorYaml)}, 5000, [&](const std::string& input) {
-    const EurocSensor sensor = ReadEurocSensor(folder_.Write("sensor.yaml", input));
-    CheckCamera(sensor.camera);
-    EXPECT_TRUE(sensor.body_from_cam.Matrix().allFinite());
-  });
-}
 
 TEST_F(ReaderFuzzTest, EurocFrameList) {
   folder_.Write("mav0/cam0/sensor.yaml", kTestSensorYaml);
@@ -232,6 +205,20 @@ TEST_F(ReaderFuzzTest, SensorFiles) {
         "[m]\n1000,47,8,500,1,1,2\n2000,47,8,501,1,1,2\n"},
        4000, [&](const std::string& input) {
          CheckSomeFixes(ReadGnssFile(folder_.Write("gps.csv", input)));
+       });
+}
+
+TEST_F(ReaderFuzzTest, Geotags) {
+  Fuzz({"image,latitude,longitude,altitude,std east,std north,std up\na.jpg,47,8,500,1,1,2\n",
+        "a.jpg,47,8,500\nb.jpg,47,8,501\n",
+        "EPSG:32632\na.jpg 500000 5200000 500 1 2 3 .1 .1\nb.jpg 500010 5200000 500\n"},
+       4000, [&](const std::string& input) {
+         std::vector<GnssFix> fixes;
+         for (const Geotag& tag : ReadGeotagFile(folder_.Write("geo.txt", input))) {
+           fixes.push_back(tag.fix);
+           fixes.back().time.nanoseconds = std::ssize(fixes);
+         }
+         CheckSomeFixes(fixes);
        });
 }
 

@@ -102,7 +102,7 @@ std::unique_ptr<Dataset> OpenDataset(const fs::path& path, const DatasetOptions&
 std::vector<GnssFix> ReadPhotographFixes(const fs::path& folder) try {
   const FoundLayout found = FindLayout(folder);
   if (found.layout != Layout::kPhotographs) return {};
-  return FixesOfPhotographs(found.images);
+  return FixesOfPhotographs(folder, found.images);
 } catch (const fs::filesystem_error& error) {
   throw Error("{}: cannot be read: {}", error.path1().string(), error.code().message());
 }

@@ -30,7 +30,8 @@ std::unique_ptr<Dataset> OpenPhotographs(const std::filesystem::path& folder,
                                          const DatasetOptions& options);
 
 /// The positions of those photographs.
-std::vector<GnssFix> FixesOfPhotographs(const std::filesystem::path& images);
+std::vector<GnssFix> FixesOfPhotographs(const std::filesystem::path& folder,
+                                        const std::filesystem::path& images);
 
 /// A video with STEM.yaml or camera.yaml beside it.
 std::unique_ptr<Dataset> OpenVideo(const std::filesystem::path& file,

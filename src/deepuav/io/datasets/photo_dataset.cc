@@ -14,6 +14,7 @@
 #include "deepuav/io/cameras/xmp.h"
 #include "deepuav/io/datasets/image_file_dataset.h"
 #include "deepuav/io/datasets/layout_readers.h"
+#include "deepuav/io/datasets/photo_geotags.h"
 #include "deepuav/io/files/text_file.h"
 #include "deepuav/io/geodata/sensor_files.h"
 
@@ -207,6 +208,18 @@ std::vector<ImageFileFrame> OrderFrames(const fs::path& images,
   return frames;
 }
 
+/// Where a table lists the photographs, only what it says counts: other positions may be of another
+/// origin. Gives the table's file.
+fs::path TakeGeotags(const fs::path& folder, const fs::path& images,
+                     std::vector<Photograph>* photographs) {
+  std::vector<fs::path> files;
+  for (const Photograph& photograph : *photographs) files.push_back(photograph.file);
+  const PhotoGeotags geotags = FindPhotoGeotags({images, folder}, images, files);
+  if (geotags.file.empty()) return {};
+  for (size_t i = 0; i < files.size(); ++i) (*photographs)[i].fix = geotags.fixes[i];
+  return geotags.file;
+}
+
 /// In the order of the frames, with their times.
 std::vector<GnssFix> FixesOf(const std::vector<Photograph>& photographs) {
   std::vector<GnssFix> fixes;
@@ -252,6 +265,7 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
                                          const DatasetOptions& options) {
   std::vector<Photograph> photographs = ListPhotographs(images);
   KeepLargestGroup(&photographs);
+  const fs::path geotags = TakeGeotags(folder, images, &photographs);
   ImageFileSequence sequence;
   sequence.kind = "photographs";
   sequence.frames = OrderFrames(images, &photographs);
@@ -272,15 +286,19 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
     sequence.calibration_file = found.source.text + " of " + images.string();
   }
   const std::vector<GnssFix> fixes = FixesOf(photographs);
-  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}", first.size.width,
+  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}{}", first.size.width,
              first.size.height,
              photographs.front().exif.camera_model.empty()
                  ? ""
                  : " by " + photographs.front().exif.camera_model,
              sequence.camera.pinhole.fx, sequence.calibration.text, fixes.size(),
-             sequence.frames.size());
-  sequence.read_sensors = [folder, images, fixes] {
+             sequence.frames.size(), geotags.empty() ? "" : ", by " + geotags.string());
+  sequence.read_sensors = [folder, images, fixes, geotags] {
     SensorStreams streams;
+    if (!geotags.empty()) {
+      streams.gnss = {.source = geotags.string(), .fixes = fixes};
+      return streams;
+    }
     streams.gnss = ReadGnssBeside({images, folder}, "gps");
     if (!streams.gnss.fixes.empty() || fixes.empty()) return streams;
     streams.gnss = {.source = "EXIF of " + images.string(), .fixes = fixes};
@@ -289,9 +307,10 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
   return MakeImageFileDataset(std::move(sequence), options);
 }
 
-std::vector<GnssFix> FixesOfPhotographs(const fs::path& images) {
+std::vector<GnssFix> FixesOfPhotographs(const fs::path& folder, const fs::path& images) {
   std::vector<Photograph> photographs = ListPhotographs(images);
   KeepLargestGroup(&photographs);
+  TakeGeotags(folder, images, &photographs);
   OrderFrames(images, &photographs);
   return FixesOf(photographs);
 }

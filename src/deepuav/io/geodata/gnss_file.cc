@@ -1,34 +1,24 @@
 #include "deepuav/io/geodata/gnss_file.h"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/files/text_file.h"
+#include "deepuav/io/geodata/fix_table.h"
 #include "deepuav/io/geodata/gpx_file.h"
 #include "deepuav/io/geodata/iso_time.h"
 
 namespace deepuav {
 namespace {
 
-using Fields = std::vector<std::string_view>;
-
 constexpr size_t kHeadBytes = 4096;
 constexpr size_t kFewestColumns = 3, kFewestPoseColumns = 8;
 constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
 constexpr double kLargestSeconds = 9223372036;  // The last second of a 64-bit time stamp.
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-std::string LowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return lower;
-}
 
 /// The first line that is not blank, without the '#' of a commented head.
 std::string FirstLine(const std::filesystem::path& file) {
@@ -47,117 +37,42 @@ bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
 
 /// Where the columns are, and their units.
 struct Columns {
-  size_t time = 0, latitude = 1, longitude = 2;
-  std::optional<size_t> altitude;
-  std::array<std::optional<size_t>, 3> sigma;  ///< East, north, up, metres.
+  size_t time = 0;
+  FixColumns fix;
   std::optional<int> places_of_second;  ///< Decimal ones; nothing where the head names no unit.
-  double altitude_unit_m = 1;
 };
 
-bool StartsWithAny(const std::string& name, std::initializer_list<const char*> starts) {
-  return std::any_of(starts.begin(), starts.end(),
-                     [&](const char* start) { return name.starts_with(start); });
-}
-
-template <typename Value>
-struct Unit {
-  std::string_view name;
-  Value value;
-};
-constexpr Unit<int> kPlacesOfSecond[] = {{"ns", 9},          {"nanosecond", 9}, {"us", 6},
-                                         {"microsecond", 6}, {"ms", 3},         {"millisecond", 3},
-                                         {"s", 0},           {"second", 0}};
-constexpr double kFoot_m = 0.3048;
-constexpr Unit<double> kMetres[] = {{"m", 1},
-                                    {"meter", 1},
-                                    {"metre", 1},
-                                    {"ft", kFoot_m},
-                                    {"foot", kFoot_m},
-                                    {"feet", kFoot_m},
-                                    {"km", 1000},
-                                    {"kilometer", 1000},
-                                    {"kilometre", 1000},
-                                    {"cm", 0.01},
-                                    {"mm", 0.001},
-                                    {"yd", 3 * kFoot_m},
-                                    {"yard", 3 * kFoot_m}};
-
-/// The fields of a row, separated by commas, or by semicolons where it has any; without the quotes
-/// around them.
-void SplitRow(std::string_view line, Fields* fields) {
-  const char separator = line.find(';') == std::string_view::npos ? ',' : ';';
-  fields->clear();
-  while (true) {
-    const size_t end = std::min(line.find(separator), line.size());
-    std::string_view field = line.substr(0, end);
-    const size_t first = std::min(field.find_first_not_of(" \t\""), field.size());
-    field.remove_prefix(first);
-    fields->push_back(field.substr(0, field.find_last_not_of(" \t\"") + 1));
-    if (end == line.size()) return;
-    line.remove_prefix(end + 1);
-  }
-}
-
-/// The unit that a column's name ends with: the first word in brackets, or the word behind a space
-/// or an underscore. Nothing where it names none that is known.
-template <typename Value, size_t kCount>
-std::optional<Value> UnitOf(std::string_view name, const Unit<Value> (&units)[kCount]) {
-  std::string_view text = name;
-  if (const size_t bracket = text.find_first_of("[({"); bracket != std::string_view::npos) {
-    text.remove_prefix(bracket + 1);
-    text = text.substr(0, text.find_first_of("])} "));
-  } else if (const size_t gap = text.find_last_of(" _"); gap != std::string_view::npos) {
-    text.remove_prefix(gap + 1);
-  } else {
-    return std::nullopt;
-  }
-  for (const Unit<Value>& unit : units) {
-    if (text == unit.name || text == std::string(unit.name) + "s") return unit.value;
-  }
-  return std::nullopt;
-}
-
-/// Of which axis (east, north, up) a column holds the standard deviation, metres.
-std::optional<size_t> AxisOfSigma(const std::string& name) {
-  if (!StartsWithAny(name, {"std", "sigma"})) return std::nullopt;
-  constexpr std::array<std::string_view, 3> kAxes = {"east", "north", "up"};
-  for (size_t axis = 0; axis < kAxes.size(); ++axis) {
-    if (name.find(kAxes[axis]) != std::string::npos) return axis;
-  }
-  return std::nullopt;
-}
+constexpr ColumnUnit<int> kPlacesOfSecond[] = {
+    {"ns", 9}, {"nanosecond", 9},  {"us", 6}, {"microsecond", 6},
+    {"ms", 3}, {"millisecond", 3}, {"s", 0},  {"second", 0}};
 
 /// The columns by their names; nothing where the line names no latitude.
 std::optional<Columns> ColumnsOfHead(std::string_view line) {
-  Fields names;
+  TableRow names;
   SplitRow(line, &names);
-  std::optional<size_t> time, latitude, longitude, altitude;
+  std::optional<size_t> time;
   Columns columns;
   for (size_t i = 0; i < names.size(); ++i) {
     const std::string name = LowerCase(names[i]);
-    if (!latitude && StartsWithAny(name, {"lat"})) {
-      latitude = i;
-    } else if (!longitude && StartsWithAny(name, {"lon", "lng"})) {
-      longitude = i;
-    } else if (const auto axis = AxisOfSigma(name)) {
-      columns.sigma[*axis] = i;
-    } else if (!altitude && StartsWithAny(name, {"alt", "ele", "height", "hgt"})) {
-      altitude = i;
-      columns.altitude_unit_m = UnitOf(name, kMetres).value_or(1);
-    } else if (!time && name.find("time") != std::string::npos) {
+    if (columns.fix.Take(name, i)) continue;
+    if (!time && name.find("time") != std::string::npos) {
       time = i;
       columns.places_of_second = UnitOf(name, kPlacesOfSecond);
     }
   }
-  if (!latitude || !longitude || !time) return std::nullopt;
+  if (!columns.fix.are_complete() || !time) return std::nullopt;
   columns.time = *time;
-  columns.latitude = *latitude;
-  columns.longitude = *longitude;
-  columns.altitude = altitude;
   return columns;
 }
 
-bool IsAbsent(std::string_view field) { return field.empty() || LowerCase(field) == "nan"; }
+/// Of a table without a head.
+Columns ColumnsByPlace(size_t count) {
+  Columns columns;
+  columns.fix.latitude = 1;
+  columns.fix.longitude = 2;
+  if (count > kFewestColumns) columns.fix.altitude = kFewestColumns;
+  return columns;
+}
 
 Timestamp ParseTime(std::string_view text, std::optional<int> places, const std::string& where) {
   if (LooksLikeIsoTime(text)) return ParseIsoTime(text, where);
@@ -168,36 +83,11 @@ Timestamp ParseTime(std::string_view text, std::optional<int> places, const std:
   return ParseSeconds(fmt::format("{}e-{}", text, *places), where);
 }
 
-/// What the receiver says of its accuracy; 0 where it says nothing.
-double ParseSigma(const Fields& fields, std::optional<size_t> column, const std::string& where) {
-  if (!column || *column >= fields.size() || IsAbsent(fields[*column])) return 0;
-  return std::max(0.0, ParseFinite(fields[*column], where, "standard deviation"));
-}
-
-std::optional<GnssFix> ParseFix(const Fields& fields, const Columns& columns, Timestamp time,
-                                const std::string& where) {
-  if (IsAbsent(fields[columns.latitude]) || IsAbsent(fields[columns.longitude])) {
-    return std::nullopt;
-  }
-  GnssFix fix;
-  fix.time = time;
-  fix.latitude_deg = ParseFinite(fields[columns.latitude], where, "latitude");
-  fix.longitude_deg = ParseFinite(fields[columns.longitude], where, "longitude");
-  if (columns.altitude && *columns.altitude < fields.size() &&
-      !IsAbsent(fields[*columns.altitude])) {
-    fix.altitude_m =
-        columns.altitude_unit_m * ParseFinite(fields[*columns.altitude], where, "altitude");
-  }
-  for (int axis = 0; axis < 3; ++axis)
-    fix.sigma_m[axis] = ParseSigma(fields, columns.sigma[static_cast<size_t>(axis)], where);
-  return fix;
-}
-
 template <typename Take>
 void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Take&& take) {
   const std::optional<Columns> head = ColumnsOfHead(first_line);
   const TextFile text(file);
-  Fields fields;
+  TableRow fields;
   std::optional<Columns> columns = head;
   // A head that is not commented out is a line of the text as well.
   const size_t first = head && !text.lines().empty() && text.lines()[0].text == first_line ? 1 : 0;
@@ -205,17 +95,15 @@ void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Ta
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
     SplitRow(line.text, &fields);
-    if (!columns) {
-      columns = Columns{};
-      if (fields.size() > kFewestColumns) columns->altitude = kFewestColumns;
-    }
-    const size_t needed = 1 + std::max({columns->time, columns->latitude, columns->longitude});
+    if (!columns) columns = ColumnsByPlace(fields.size());
+    const size_t needed = 1 + std::max(columns->time, columns->fix.last_needed());
     if (fields.size() < needed) {
       throw Error("{}: {} fields: expected at least {} (time, latitude, longitude)", where,
                   fields.size(), needed);
     }
     const Timestamp time = ParseTime(fields[columns->time], columns->places_of_second, where);
-    if (const std::optional<GnssFix> fix = ParseFix(fields, *columns, time, where)) {
+    if (std::optional<GnssFix> fix = ParseFix(fields, columns->fix, where)) {
+      fix->time = time;
       take(*fix, where);
     }
   }
@@ -244,7 +132,7 @@ bool IsPossibleAltitude(double altitude_m) {
 bool IsGnssFile(const std::filesystem::path& file) {
   const std::string first_line = FirstLine(file);
   if (IsGpx(file, first_line) || ColumnsOfHead(first_line)) return true;
-  Fields fields;
+  TableRow fields;
   SplitRow(first_line, &fields);
   double number = 0;
   return fields.size() >= kFewestColumns && fields.size() < kFewestPoseColumns &&
