@@ -10,11 +10,9 @@
 namespace deepuav {
 namespace {
 
-/// A source that is trusted less is a guess.
-constexpr double kGuessSigma = 0.3;
-/// So many images, so far apart: near enough to overlap, far enough to show parallax.
-constexpr int kSampleImages = 60;
-constexpr double kSampleIntervalS = 0.3;
+/// What is known better, as a calibration, is held while a map is made; the lens of what is known
+/// less, as of approximate values by hand, is not known at all.
+constexpr double kGuessSigma = 0.05;
 /// The lens counts if the map holds this share of them and tells the focal length so well.
 constexpr double kMinShare = 0.5, kMaxFocalSigma = 0.05;
 
@@ -30,14 +28,14 @@ FrameRange SampleOf(const Dataset& dataset) {
 
 }  // namespace
 
-std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
+bool IsGuess(double focal_sigma) { return focal_sigma >= kGuessSigma; }
+
+std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, double focal_sigma,
+                                                     const RunOptions& options, ImageSource* images,
                                                      const std::function<bool()>& stop) {
-  const double focal_sigma = dataset->Calibration().focal_sigma;
-  if (focal_sigma < kGuessSigma) return std::nullopt;
-  DatasetImages images(dataset, SampleOf(*dataset));
-  Eyes eyes(dataset->camera(), options);
-  const SurveyRun survey = RunSurvey(dataset->camera(), focal_sigma, options.system,
-                                     eyes.perception(), &images, {.stop = stop});
+  Eyes eyes(camera, options);
+  const SurveyRun survey =
+      RunSurvey(camera, focal_sigma, options.system, eyes.perception(), images, {.stop = stop});
   const auto located = std::count_if(survey.result.frames.begin(), survey.result.frames.end(),
                                      [](const FrameRecord& frame) { return frame.located(); });
   const auto& lens = survey.outcome.lens;
@@ -50,6 +48,14 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
   Log().info("focal length found from {} images: {:.1f} px of {} px across", located,
              survey.outcome.camera.pinhole.fx, survey.outcome.camera.width);
   return SampleCalibration{survey.outcome.camera, *lens};
+}
+
+std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
+                                                     const std::function<bool()>& stop) {
+  const double focal_sigma = dataset->Calibration().focal_sigma;
+  if (!IsGuess(focal_sigma)) return std::nullopt;
+  DatasetImages images(dataset, SampleOf(*dataset));
+  return CalibrateFromImages(dataset->camera(), focal_sigma, options, &images, stop);
 }
 
 }  // namespace deepuav

@@ -6,6 +6,7 @@
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/survey/survey_adjustment.h"
+#include "deepuav/system/image_source.h"
 
 namespace deepuav {
 
@@ -15,8 +16,22 @@ struct SampleCalibration {
   RefinedLens lens;
 };
 
-/// The lens of a dataset whose calibration is no more than a guess, by a survey of some images from
-/// its middle; nothing for a better source, and where these do not tell it.
+/// So many images, so far apart, tell a lens: near enough to overlap, far enough to show parallax.
+inline constexpr int kSampleImages = 60;
+inline constexpr double kSampleIntervalS = 0.3;
+
+/// Whether a lens is to be looked for, which a source that says its focal length this well has not.
+bool IsGuess(double focal_sigma);
+
+/// The lens of the camera that took the images, by a survey of them; nothing where they do not tell
+/// it. `camera` is of the size of the images, and its focal length known to a share of
+/// `focal_sigma`.
+std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, double focal_sigma,
+                                                     const RunOptions& options, ImageSource* images,
+                                                     const std::function<bool()>& stop);
+
+/// The lens of a dataset whose calibration is no more than a guess, by images from its middle;
+/// nothing for a better source, and where these do not tell it.
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
                                                      const std::function<bool()>& stop);
 
