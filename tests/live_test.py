@@ -230,6 +230,30 @@ class LiveTest(SceneTest):
         self.assertTrue(all(b > a for a, b in zip(times, times[1:])))
         self.assertAlmostEqual(times[-1], time.time(), delta=TIMEOUT_S)
 
+    def test_without_a_calibration_the_lens_is_looked_for_first(self):
+        camera = Camera()
+        self.addCleanup(camera.close)
+        camera.show(self.jpegs)
+        live = self.live(camera.address, "--learn-lens", "8")
+        live.wait_for(r"the lens is looked for in 2\d images; tracking begins then")
+        # Cards before a camera that never turns look the same under any focal length.
+        live.wait_for("the images do not tell the lens: the guess is kept|focal length found")
+        self.assertNotIn("map 0 starts", live.text())
+        live.wait_for("map 0 starts")
+        camera.wait(len(self.jpegs))
+        self.assertEqual(live.end(signal.SIGINT)[0], 130)
+        self.check_run(live, least_poses=1)
+
+    def test_what_stands_still_tells_no_lens(self):
+        camera = Camera()
+        self.addCleanup(camera.close)
+        camera.show(self.jpegs[:1])
+        live = self.live(camera.address, "--learn-lens", "3")
+        live.wait_for("too little moves before the camera to tell its lens: it is guessed")
+        camera.show(self.jpegs)
+        live.wait_for("map 0 starts")
+        self.assertEqual(live.end(signal.SIGINT)[0], 130)
+
     def test_memory_stays_over_many_loops(self):
         live = self.live(self.scene, "--loop", "--speed", "20", "--save-every", "2", "--set", "system.max_records=200",
                          log_level="debug")

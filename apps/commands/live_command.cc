@@ -104,6 +104,7 @@ void Run(const LiveArguments& arguments) {
     Show(live, view.get(), &hooks);
   }
 #endif
+  live.LearnLens(hooks);
   const FinishedRun run = live.Run(hooks);
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);
@@ -129,6 +130,12 @@ void AddSourceArguments(CLI::App& command, LiveArguments& arguments) {
       ->check(NamedPath());
   command.add_option("--camera", arguments.request.camera,
                      "Calibration (camera.yaml); without one the dataset's, or a guess");
+  command
+      .add_option("--learn-lens", arguments.request.lens.longest_s,
+                  "Seconds for which a source without calibration is looked at, at most, for its "
+                  "lens before tracking begins; 0: the guess is taken")
+      ->check(Seconds())
+      ->capture_default_str();
   command
       .add_option("--clock", arguments.request.clock,
                   "Times of the images: of their arrival, of the stream, or auto (files: stream)")

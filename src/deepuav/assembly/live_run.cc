@@ -157,6 +157,31 @@ LiveStatus LiveRun::status() const {
   return status;
 }
 
+void LiveRun::Say(const LiveHooks& hooks, const std::string& line) const {
+  Log().warn("{}: {}", source_->Name(), line);
+  if (hooks.say) hooks.say(line);
+}
+
+std::optional<SampleCalibration> LiveRun::FindLens(const LiveHooks& hooks) {
+  if (dataset_) return CalibrateFromSample(dataset_.get(), settings_->options, hooks.stop);
+  return deepuav::LearnLens(
+      source_.get(), push_.camera, push_.calibration.focal_sigma, request_.feed, settings_->options,
+      request_.lens, [&](const std::string& line) { Say(hooks, line); }, hooks.stop);
+}
+
+void LiveRun::LearnLens(const LiveHooks& hooks) {
+  if (!push_.map.empty() || !IsGuess(push_.calibration.focal_sigma) || request_.lens.longest_s == 0)
+    return;
+  const std::optional<SampleCalibration> found = FindLens(hooks);
+  if (!found) return;
+  const double rate_hz = push_.camera.rate_hz;
+  push_.camera = ScaledCamera(found->camera, push_.camera.width, push_.camera.height);
+  push_.camera.rate_hz = rate_hz;
+  push_.calibration = {.text = "its own images"};
+  push_.lens = found->lens;
+  settings_->options.system.refine_focal = false;
+}
+
 LiveFacts LiveRun::Facts() const {
   const LiveCounts counts = status().counts;
   const LatencyMeter::Latencies latency = latency_.All();
@@ -173,10 +198,7 @@ void LiveRun::FeedAll(const LiveHooks& hooks, PushedRun* run) {
                    if (hooks.arrived) hooks.arrived(time, since_arrival);
                    run->Feed(image, time);
                  },
-                 [&](const std::string& line) {
-                   Log().warn("{}: {}", source_->Name(), line);
-                   if (hooks.say) hooks.say(line);
-                 }});
+                 [&](const std::string& line) { Say(hooks, line); }});
   {
     const std::scoped_lock lock(mutex_);
     feed_ = &feed;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "deepuav/assembly/latency_meter.h"
+#include "deepuav/assembly/live_lens.h"
 #include "deepuav/assembly/pushed_run.h"
 #include "deepuav/capture/dataset_source.h"
 #include "deepuav/capture/live_feed.h"
@@ -22,6 +23,7 @@ struct LiveRequest {
   DatasetPace pace;            ///< Of a file or dataset.
   StreamOptions stream;        ///< Of a camera or an address.
   LiveFeedOptions feed;        ///< `clock.clock` is set by `clock`.
+  LiveLensOptions lens;        ///< Where there is no calibration.
 };
 
 /// Who is told of a live run while it goes on, and may end it.
@@ -57,6 +59,10 @@ class LiveRun {
   /// way. Thread-safe.
   void FeedImu(const ImuSample& sample);
 
+  /// Looks for the lens where it is no more than guessed; nothing is tracked meanwhile. Before Run.
+  /// Throws Error where the source cannot be opened.
+  void LearnLens(const LiveHooks& hooks);
+
   /// Until the source ends or `stop` says true; waits until what is being saved is there, and
   /// leaves the last saving to the caller. What ends it early is told in the result. Throws Error
   /// for networks and maps that are missing, damaged or do not fit.
@@ -78,6 +84,8 @@ class LiveRun {
   void OpenSource();
   void FindStreamCamera();
   LiveFacts Facts() const;
+  std::optional<SampleCalibration> FindLens(const LiveHooks& hooks);
+  void Say(const LiveHooks& hooks, const std::string& line) const;
   void FeedAll(const LiveHooks& hooks, PushedRun* run);
 
   LiveRequest request_;

@@ -178,7 +178,7 @@ FinishedRun PushedRun::Meanwhile(SlamResult result, Atlas atlas) const {
   run.facts.images = images_.pushed();
   run.facts.wall_s = running_.Seconds();
   run.facts.calibration =
-      DescribeCalibration(request_.camera, request_.calibration.text, camera_, std::nullopt);
+      DescribeCalibration(request_.camera, request_.calibration.text, camera_, request_.lens);
   return run;
 }
 
@@ -192,7 +192,7 @@ FinishedRun PushedRun::Finish() {
   run_.atlas = slam_->TakeAtlas();
   run_.camera = slam_->camera();
   run_.facts.calibration =
-      DescribeCalibration(request_.camera, request_.calibration.text, run_.camera, std::nullopt);
+      DescribeCalibration(request_.camera, request_.calibration.text, run_.camera, request_.lens);
   return std::move(run_);
 }
 

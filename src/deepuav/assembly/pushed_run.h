@@ -31,6 +31,7 @@ struct PushRequest {
   BarometerStream barometer;
   std::string kind = "pushed images", source;  ///< For the summary: what they are, and of what.
   CalibrationSource calibration;               ///< Of `camera`.
+  std::optional<RefinedLens> lens = {};        ///< Where it was found from images.
 };
 
 /// Who is told of a run over pushed images.
