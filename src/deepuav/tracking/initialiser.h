@@ -38,7 +38,7 @@ struct InitialiserOptions {
   double min_lead = 1.15;  ///< Mean squared error of the second best solution over the best's.
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
-  double turn_sigma_rad_s = 1.2;  ///< Of how a camera with a rolling shutter turns while it reads
+  double turn_sigma_rad_s = 0.5;  ///< Of how a camera with a rolling shutter turns while it reads
                                   ///< an image, where no gyroscope tells.
   /// A drone that looks ahead sees most things too far away for any parallax: points whose distance
   /// is known decide, not the median.
