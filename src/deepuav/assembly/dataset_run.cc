@@ -196,8 +196,10 @@ DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const R
   const Camera& known = tells_readout ? spoilt.camera : camera;
   Eyes eyes(known, options_);
   Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
-  if (pass.result.stopped || !pass.result.failure.empty()) {
-    Log().warn("that ended early: the results are those of the first time");
+  const bool has_map = !pass.atlas.Remaining().empty();
+  if (pass.result.stopped || !pass.result.failure.empty() || !has_map) {
+    Log().warn("that {}: the results are those of the first time",
+               has_map ? "ended early" : "found no map");
     spoilt.result.stopped = pass.result.stopped;
     spoilt.result.failure = pass.result.failure;
     return spoilt;
