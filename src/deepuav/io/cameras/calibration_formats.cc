@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -48,9 +49,13 @@ std::vector<double> Counted(const YamlMap& yaml, const std::string& key, size_t 
               numbers.size(), count);
 }
 
+bool IsSide(double side_px) {
+  return side_px >= 1 && side_px <= kMaxImageSidePx && side_px == std::floor(side_px);
+}
+
 int Side(const YamlMap& yaml, double side_px) {
-  if (side_px >= 1 && side_px <= kMaxImageSidePx) return static_cast<int>(side_px);
-  throw Error("{}: {} holds {}: expected 1 to {}", yaml.Where("resolution"),
+  if (IsSide(side_px)) return static_cast<int>(side_px);
+  throw Error("{}: {} holds {}: expected whole numbers from 1 to {}", yaml.Where("resolution"),
               yaml.Name("resolution"), side_px, kMaxImageSidePx);
 }
 
@@ -67,6 +72,8 @@ Camera KalibrCamera(const YamlMap& yaml) {
   camera.height = Side(yaml, size[1]);
   const std::vector<double> in = Counted(yaml, "intrinsics", 4);
   camera.pinhole = {in[0], in[1], in[2], in[3]};
+  camera.readout_s = ReadReadout(yaml);
+  if (yaml.Has("rate_hz")) camera.rate_hz = std::max(0.0, yaml.Number("rate_hz"));
   const std::string lens = yaml.Has("distortion_model") ? yaml.Text("distortion_model") : "none";
   if (lens == "none") return camera;
   const char* field =
@@ -74,6 +81,13 @@ Camera KalibrCamera(const YamlMap& yaml) {
   SetDistortion(LensCalled(lens, yaml.Where("distortion_model")), yaml.Numbers(field),
                 yaml.Where(field), yaml.Name(field), &camera);
   return camera;
+}
+
+LensModel MatrixLens(const YamlMap& yaml) {
+  if (yaml.Has("distortion_model"))
+    return LensCalled(yaml.Text("distortion_model"), yaml.Where("distortion_model"));
+  const bool is_fisheye = yaml.Has("fisheye_model") && yaml.Number("fisheye_model") != 0;
+  return is_fisheye ? LensModel::kEquidistant : LensModel::kRadialTangential;
 }
 
 /// ROS's and OpenCV's.
@@ -84,13 +98,20 @@ Camera MatrixCamera(const YamlMap& yaml) {
   camera.pinhole = {k[0], k[4], k[2], k[5]};
   const char* field = "distortion_coefficients";
   if (!yaml.Has(field)) return camera;
-  const LensModel lens = yaml.Has("distortion_model") ? LensCalled(yaml.Text("distortion_model"),
-                                                                   yaml.Where("distortion_model"))
-                                                      : LensModel::kRadialTangential;
+  const LensModel lens = MatrixLens(yaml);
   const YamlMap coefficients = yaml.Map(field);
   SetDistortion(lens, coefficients.Numbers("data"), coefficients.Where("data"),
                 coefficients.Name("data"), &camera);
   return camera;
+}
+
+bool IsOrbSlamFisheye(const YamlMap& yaml) {
+  if (!yaml.Has("Camera.type")) return false;
+  const std::string type = yaml.Text("Camera.type");
+  if (type == "KannalaBrandt8") return true;
+  if (type == "PinHole" || type == "Rectified") return false;
+  throw Error("{}: Camera.type is {}: expected PinHole, Rectified or KannalaBrandt8",
+              yaml.Where("Camera.type"), Quoted(type));
 }
 
 /// ORB-SLAM2's and 3's. Coefficients that are not given are none.
@@ -101,8 +122,7 @@ Camera OrbSlamCamera(const YamlMap& yaml) {
   camera.pinhole = {yaml.Number(prefix + "fx"), yaml.Number(prefix + "fy"),
                     yaml.Number(prefix + "cx"), yaml.Number(prefix + "cy")};
   if (yaml.Has("Camera.fps")) camera.rate_hz = std::max(0.0, yaml.Number("Camera.fps"));
-  const bool is_fisheye =
-      yaml.Has("Camera.type") && LensModelOf(yaml.Text("Camera.type")) == LensModel::kEquidistant;
+  const bool is_fisheye = IsOrbSlamFisheye(yaml);
   std::vector<double> coefficients;
   for (const char* name :
        is_fisheye ? std::vector{"k1", "k2", "k3", "k4"} : std::vector{"k1", "k2", "p1", "p2", "k3"})
@@ -150,8 +170,9 @@ const ColmapModel& ModelCalled(std::string_view name, const std::string& where) 
 
 int ColmapSide(std::string_view text, const std::string& where, const char* field) {
   const double side_px = ParseFinite(text, where, field);
-  if (side_px >= 1 && side_px <= kMaxImageSidePx) return static_cast<int>(side_px);
-  throw Error("{}: {} is {}: expected 1 to {}", where, field, side_px, kMaxImageSidePx);
+  if (IsSide(side_px)) return static_cast<int>(side_px);
+  throw Error("{}: {} is {}: expected a whole number from 1 to {}", where, field, side_px,
+              kMaxImageSidePx);
 }
 
 Camera ColmapCamera(const std::vector<std::string_view>& fields, const std::string& where) {

@@ -59,11 +59,14 @@ TEST_F(CalibrationFormatsTest, Kalibr) {
 
 TEST_F(CalibrationFormatsTest, SensorOfEuroc) {
   const Camera camera = Read(
-      "sensor_type: camera\nrate_hz: 20\nresolution: [752, 480]\ncamera_model: pinhole\n"
+      "sensor_type: camera\nrate_hz: 20\nreadout_ms: 15\nresolution: [752, 480]\ncamera_model: "
+      "pinhole\n"
       "intrinsics: [458.5, 457.5, 367, 248]\ndistortion_model: radial-tangential\n"
       "distortion_coefficients: [-0.25, 0.07, 0.001, 0.002]\n");
   CheckPinhole(camera);
   EXPECT_EQ(camera.distortion.size(), 4u);
+  EXPECT_EQ(camera.rate_hz, 20);
+  EXPECT_DOUBLE_EQ(camera.readout_s, 0.015);
 }
 
 TEST_F(CalibrationFormatsTest, RosAndOpenCv) {
@@ -90,6 +93,10 @@ TEST_F(CalibrationFormatsTest, RosAndOpenCv) {
            "}\ndistortion_model: equidistant\n"
            "distortion_coefficients: {data: [0.01, 0.02, 0.03, 0.04]}\n");
   EXPECT_EQ(fisheye.lens, LensModel::kEquidistant);
+  const Camera opencv_fisheye = Read(
+      "image_width: 752\nimage_height: 480\nfisheye_model: 1\ncamera_matrix: {data: " + matrix +
+      "}\ndistortion_coefficients: {data: [0.01, 0.02, 0.03, 0.04]}\n");
+  EXPECT_EQ(opencv_fisheye.lens, LensModel::kEquidistant);
   EXPECT_THAT(
       ErrorOf("image_width: 752\nimage_height: 480\ncamera_matrix: {data: " + matrix +
               "}\ndistortion_model: rational_polynomial\n"
@@ -120,6 +127,7 @@ TEST_F(CalibrationFormatsTest, OrbSlam) {
       Read(old + "Camera.type: \"KannalaBrandt8\"\nCamera.k1: 0.003\nCamera.k2: 0.001\n");
   EXPECT_EQ(fisheye.lens, LensModel::kEquidistant);
   EXPECT_THAT(fisheye.distortion, ElementsAre(0.003, 0.001, 0, 0));
+  EXPECT_THAT(ErrorOf(old + "Camera.type: \"Omni\"\n"), HasSubstr("expected PinHole, Rectified"));
   EXPECT_THAT(ErrorOf("Camera.fx: 458.5\nCamera.fy: 457.5\n"),
               HasSubstr("'Camera.width' is missing"));
 }

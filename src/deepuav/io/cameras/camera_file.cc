@@ -42,7 +42,7 @@ void ReadIntrinsics(const YamlMap& yaml, const std::string& model, Camera* camer
   camera->width = yaml.Integer("width", 1, kMaxImageSidePx);
   camera->height = yaml.Integer("height", 1, kMaxImageSidePx);
   camera->pinhole = {yaml.Number("fx"), yaml.Number("fy"), yaml.Number("cx"), yaml.Number("cy")};
-  const bool may_lack_distortion = model == NameOf(LensModel::kPinhole) || model == kAuto;
+  const bool may_lack_distortion = LensModelOf(model) == LensModel::kPinhole || model == kAuto;
   if (yaml.Has("distortion") || !may_lack_distortion)
     camera->distortion = yaml.Numbers("distortion");
   camera->lens = LensOf(model, !camera->distortion.empty());
@@ -84,7 +84,7 @@ double ReadReadout(const YamlMap& yaml) {
 }
 
 CameraFile ReadCameraFile(const std::filesystem::path& file) {
-  if (file.extension() == ".txt") return Known(ReadColmapCamera(file), file);
+  if (file.filename() == "cameras.txt") return Known(ReadColmapCamera(file), file);
   const YamlMap yaml = YamlMap::Read(file);
   if (const auto camera = CameraOfOtherPrograms(yaml)) return Known(*camera, file);
   yaml.RequireKnown(kFields);
