@@ -288,6 +288,18 @@ TEST_F(PhotoDatasetTest, NamesThatSeveralHaveNeedTheirFolders) {
   EXPECT_EQ(SecondsBetween(fixes[0].time, fixes[1].time), 6);
 }
 
+TEST_F(PhotoDatasetTest, ARowOfAnotherFolderTakesNoPositionAway) {
+  WritePhotograph("100MEDIA/a.jpg", "2018:04:29 12:06:46", Drone());
+  WritePhotograph("100MEDIA/b.jpg", "2018:04:29 12:06:52", Drone());
+  folder_.Write("GCP.csv", "Name,Latitude,Longitude\npoint1,10,20\n");
+  folder_.Write("list.csv",
+                "image,latitude,longitude\n100MEDIA/a.jpg,47.1,8.5\n101MEDIA/a.jpg,48.1,8.5\n"
+                "101MEDIA/b.jpg,48.2,8.5\n102MEDIA/b.jpg,49.2,8.5\n");
+  const std::vector<GnssFix> fixes = Open()->ReadSensors().gnss.fixes;
+  ASSERT_EQ(fixes.size(), 1u) << "b.jpg may be either";
+  EXPECT_EQ(fixes[0].latitude_deg, 47.1);
+}
+
 TEST_F(PhotoDatasetTest, AListThatCannotBeUsedLeavesExif) {
   WritePhotograph("a.jpg", "2018:04:29 12:06:46", Drone());
   WritePhotograph("b.jpg", "2018:04:29 12:06:52", Drone());

@@ -30,40 +30,58 @@ IndexByName NamesOf(const fs::path& images, const std::vector<fs::path>& photogr
   return index;
 }
 
+struct Match {
+  size_t photograph = 0;
+  int rank = 0;  ///< 0: by path, 1: by name, 2: by name without ending.
+};
+
 /// Tables may have paths of another machine, with slashes of either kind.
-std::optional<size_t> Find(const IndexByName& index, std::string image) {
+std::optional<Match> Find(const IndexByName& index, std::string image) {
   std::ranges::replace(image, '\\', '/');
   const fs::path name(image);
+  int rank = 0;
   for (const fs::path& candidate : {name, name.filename(), name.stem()}) {
     const auto found = index.find(Key(candidate));
-    if (found != index.end() && found->second >= 0) return static_cast<size_t>(found->second);
+    if (found != index.end() && found->second >= 0)
+      return Match{static_cast<size_t>(found->second), rank};
+    ++rank;
   }
   return std::nullopt;
+}
+
+/// The positions of the photographs that a table names. A row that names one better, by its path,
+/// leads; where two name it equally well it has none, as they may mean another in another folder.
+std::vector<std::optional<GnssFix>> FixesByName(const std::vector<Geotag>& tags,
+                                                const IndexByName& index, size_t count) {
+  constexpr int kWorst = 3;
+  std::vector<std::optional<GnssFix>> fixes(count);
+  std::vector<int> ranks(count, kWorst);
+  for (const Geotag& tag : tags) {
+    const std::optional<Match> match = Find(index, tag.image);
+    if (!match || match->rank > ranks[match->photograph]) continue;
+    const bool is_twice = match->rank == ranks[match->photograph];
+    ranks[match->photograph] = match->rank;
+    fixes[match->photograph] = is_twice ? std::nullopt : std::optional(tag.fix);
+  }
+  return fixes;
 }
 
 }  // namespace
 
 PhotoGeotags FindPhotoGeotags(const std::vector<fs::path>& folders, const fs::path& images,
                               const std::vector<fs::path>& photographs) {
-  PhotoGeotags geotags;
-  geotags.fixes.resize(photographs.size());
-  try {
-    const fs::path file = FindGeotagsBeside(folders);
-    if (file.empty()) return geotags;
-    const IndexByName index = NamesOf(images, photographs);
-    for (const Geotag& tag : ReadGeotagFile(file)) {
-      const std::optional<size_t> place = Find(index, tag.image);
-      if (!place) continue;
-      geotags.fixes[*place] = tag.fix;
-      geotags.file = file;
-    }
-    if (geotags.file.empty())
+  const IndexByName index = NamesOf(images, photographs);
+  for (const fs::path& file : FindGeotagsBeside(folders)) {
+    try {
+      auto fixes = FixesByName(ReadGeotagFile(file), index, photographs.size());
+      if (std::ranges::any_of(fixes, [](const auto& fix) { return fix.has_value(); }))
+        return {file, std::move(fixes)};
       Log().warn("{}: not used: it names none of the photographs", file.string());
-  } catch (const Error& error) {
-    Log().warn("not used: {}", error.what());
-    geotags = {.file = {}, .fixes = std::vector<std::optional<GnssFix>>(photographs.size())};
+    } catch (const Error& error) {
+      Log().warn("not used: {}", error.what());
+    }
   }
-  return geotags;
+  return {{}, std::vector<std::optional<GnssFix>>(photographs.size())};
 }
 
 }  // namespace deepuav

@@ -15,7 +15,7 @@ struct PhotoGeotags {
   std::vector<std::optional<GnssFix>> fixes;  ///< As many as photographs.
 };
 
-/// From the first table of positions (ReadGeotagFile) in one of `folders`. Photographs are found
+/// From the first table of positions (ReadGeotagFile) in one of `folders` that names any. Photographs are found
 /// by their path below `images`, else by name, else by name without ending, in upper or lower case;
 /// a name that several have is none. Warns of a table that cannot be read or names none of them.
 PhotoGeotags FindPhotoGeotags(const std::vector<std::filesystem::path>& folders,

@@ -52,6 +52,7 @@ bool IsAngle(const std::string& name) {
 /// Which axes (0 east, 1 north, 2 up) a column holds the accuracy of.
 std::vector<size_t> AxesOfSigma(const std::string& name) {
   constexpr size_t kEast = 0, kNorth = 1, kUp = 2;
+  if (ContainsAny(name, {"vel", "speed", "deg"})) return {};
   if (HasWord(name, {"sde"})) return {kEast};
   if (HasWord(name, {"sdn"})) return {kNorth};
   if (HasWord(name, {"sdu"})) return {kUp};
@@ -61,7 +62,8 @@ std::vector<size_t> AxesOfSigma(const std::string& name) {
   if (ContainsAny(name, {"horiz", "lateral"}) || HasWord(name, {"horz", "hor", "xy"}) ||
       (HasWord(name, {"x"}) && HasWord(name, {"y"})))
     return {kEast, kNorth};
-  if (ContainsAny(name, {"vert", "altitude", "height"}) || HasWord(name, {"up", "z", "alt"}))
+  if (ContainsAny(name, {"vert", "altitude", "height"}) || HasWord(name, {"up", "z", "alt"}) ||
+      HasWord(name, {"stdup", "sigmaup"}))
     return {kUp};
   if (ContainsAny(name, {"east", "longitude"}) || HasWord(name, {"x", "lon"})) return {kEast};
   if (ContainsAny(name, {"north", "latitude"}) || HasWord(name, {"y", "lat"})) return {kNorth};
@@ -69,8 +71,8 @@ std::vector<size_t> AxesOfSigma(const std::string& name) {
 }
 
 bool IsAltitude(const std::string& name) {
-  if (StartsWithAny(name, {"alt", "ele", "height", "hgt", "ellips", "z/alt"})) return true;
-  return ContainsAny(name, {"altitude"}) && !ContainsAny(name, {"rel"});
+  return StartsWithAny(name, {"alt", "ele", "height", "hgt", "ellips", "z/alt", "absolute alt",
+                              "absolutealt"});
 }
 
 bool IsAbsent(std::string_view field) { return field.empty() || LowerCase(field) == "nan"; }
@@ -109,6 +111,7 @@ bool FixColumns::Take(const std::string& name, size_t column) {
   if (IsAngle(name)) return false;
   if (const std::vector<size_t> axes = AxesOfSigma(name); !axes.empty()) {
     for (const size_t axis : axes) sigma[axis] = column;
+    sigma_unit_m = UnitOf(name, kMetres).value_or(1);
   } else if (!latitude && StartsWithAny(name, {"lat", "y/lat"})) {
     latitude = column;
   } else if (!longitude && StartsWithAny(name, {"lon", "lng", "x/lon"})) {
@@ -136,6 +139,7 @@ std::optional<GnssFix> ParseFix(const TableRow& fields, const FixColumns& column
   for (size_t axis = 0; axis < columns.sigma.size(); ++axis) {
     if (!IsGiven(fields, columns.sigma[axis])) continue;
     fix.sigma_m[static_cast<Eigen::Index>(axis)] =
+        columns.sigma_unit_m *
         std::max(0.0, ParseFinite(fields[*columns.sigma[axis]], where, "standard deviation"));
   }
   return fix;

@@ -48,7 +48,7 @@ std::optional<Value> UnitOf(std::string_view name, const ColumnUnit<Value> (&uni
 struct FixColumns {
   std::optional<size_t> latitude, longitude, altitude;
   std::array<std::optional<size_t>, 3> sigma;  ///< East, north, up, metres.
-  double altitude_unit_m = 1;
+  double altitude_unit_m = 1, sigma_unit_m = 1;
 
   /// Whether a column of this name (in lower case) belongs to a position; then it is taken.
   bool Take(const std::string& name, size_t column);

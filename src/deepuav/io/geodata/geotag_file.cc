@@ -32,15 +32,21 @@ bool NamesImage(const std::string& column) {
       kNames, [&](std::string_view name) { return column.find(name) != std::string::npos; });
 }
 
-/// Nothing where the line does not name image, latitude and longitude.
-std::optional<Columns> ColumnsOfHead(std::string_view line) {
-  TableRow names;
+/// Nothing where the line does not name image, latitude and longitude. Of several columns that may
+/// name the image, the one that does in `row`.
+std::optional<Columns> ColumnsOfHead(std::string_view line, std::string_view row = {}) {
+  TableRow names, values;
   SplitRow(line, &names);
+  SplitRow(row, &values);
   std::optional<size_t> image;
   Columns columns;
+  const auto is_named = [&](size_t i) {
+    return i < values.size() && IsImageFileName(fs::path(values[i]));
+  };
   for (size_t i = 0; i < names.size(); ++i) {
     const std::string name = LowerCase(names[i]);
-    if (!columns.fix.Take(name, i) && !image && NamesImage(name)) image = i;
+    if (columns.fix.Take(name, i) || !NamesImage(name)) continue;
+    if (!image || (is_named(i) && !is_named(*image))) image = i;
   }
   if (!image || !columns.fix.are_complete()) return std::nullopt;
   columns.image = *image;
@@ -62,35 +68,53 @@ Columns ColumnsByPlace(size_t count) {
   return columns;
 }
 
+struct HeadLine {
+  std::string text;  ///< Without the '#' of a comment.
+  bool is_comment = false;
+};
+
 /// The first lines of a file, comments too, as heads are often written as these.
-std::vector<std::string> FirstLines(const fs::path& file) {
+std::vector<HeadLine> FirstLines(const fs::path& file) {
   constexpr size_t kHeadBytes = 8192, kMostLines = 10;
-  constexpr std::string_view kBlank = " \t\r#\xEF\xBB\xBF";
+  constexpr std::string_view kBlank = " \t\r\xEF\xBB\xBF";
   const std::string head = ReadHead(file, kHeadBytes);
   std::string_view rest = head;
-  std::vector<std::string> lines;
+  std::vector<HeadLine> lines;
   while (!rest.empty() && lines.size() < kMostLines) {
     const size_t end = std::min(rest.find('\n'), rest.size());
     std::string_view line = rest.substr(0, end);
-    line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-    line = line.substr(0, line.find_last_not_of(kBlank) + 1);
-    if (!line.empty()) lines.emplace_back(line);
     rest.remove_prefix(std::min(end + 1, rest.size()));
+    line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
+    const bool is_comment = line.starts_with('#');
+    if (is_comment) line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
+    line = line.substr(0, line.find_last_not_of(kBlank) + 1);
+    if (!line.empty()) lines.push_back({std::string(line), is_comment});
   }
   return lines;
 }
 
+std::optional<std::string> TableHead(const std::vector<HeadLine>& lines) {
+  for (const HeadLine& line : lines) {
+    if (ColumnsOfHead(line.text)) return line.text;
+  }
+  return std::nullopt;
+}
+
 enum class Layout { kNone, kHead, kNoHead, kReferenceSystem };
 
-Layout LayoutOf(const std::vector<std::string>& lines) {
-  if (lines.empty()) return Layout::kNone;
-  if (std::ranges::any_of(lines, [](const auto& line) { return ColumnsOfHead(line).has_value(); }))
-    return Layout::kHead;
+/// What is not in a head of names is judged by what TextFile gives: comments are none of it.
+Layout LayoutOf(const std::vector<HeadLine>& lines) {
+  if (TableHead(lines)) return Layout::kHead;
+  std::vector<std::string_view> rows;
+  for (const HeadLine& line : lines) {
+    if (!line.is_comment) rows.push_back(line.text);
+  }
+  if (rows.empty()) return Layout::kNone;
   TableRow fields;
-  SplitRow(lines[0], &fields);
+  SplitRow(rows[0], &fields);
   if (IsRow(fields)) return Layout::kNoHead;
-  if (lines.size() < 2 || !NamesReferenceSystem(lines[0])) return Layout::kNone;
-  SplitAtBlanks(lines[1], &fields);
+  if (rows.size() < 2 || !NamesReferenceSystem(rows[0])) return Layout::kNone;
+  SplitAtBlanks(rows[1], &fields);
   return IsRow(fields) ? Layout::kReferenceSystem : Layout::kNone;
 }
 
@@ -125,18 +149,24 @@ void CheckCount(const TableRow& fields, size_t needed, const std::string& where)
               needed);
 }
 
-std::vector<Geotag> ReadTable(const TextFile& text, const std::vector<std::string>& head) {
-  const auto named = std::ranges::find_if(
-      head, [](const std::string& line) { return ColumnsOfHead(line).has_value(); });
+/// The index of the first row: behind the head, where that is a line of the text.
+size_t FirstRow(const TextFile& text, const std::optional<std::string>& head) {
+  for (size_t i = 0; head && i < text.lines().size(); ++i) {
+    if (text.lines()[i].text == *head) return i + 1;
+  }
+  return 0;
+}
+
+std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<std::string>& head) {
   std::optional<Columns> columns;
-  if (named != head.end()) columns = ColumnsOfHead(*named);
   Tags tags;
   TableRow fields;
-  for (const TextLine& line : text.lines()) {
-    if (columns && line.text == *named) continue;
+  for (size_t i = FirstRow(text, head); i < text.lines().size(); ++i) {
+    const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
     SplitRow(line.text, &fields);
-    if (!columns) columns = ColumnsByPlace(fields.size());
+    if (!columns)
+      columns = head ? ColumnsOfHead(*head, line.text) : ColumnsByPlace(fields.size());
     CheckCount(fields, 1 + std::max(columns->image, columns->fix.last_needed()), where);
     tags.Add(fields[columns->image], ParseFix(fields, columns->fix, where), where);
   }
@@ -167,9 +197,19 @@ std::vector<Geotag> ReadGridList(const TextFile& text) {
   return tags.Take();
 }
 
-bool IsTextTable(const fs::path& file) {
-  const std::string ending = LowerCase(file.extension().string());
-  return (ending == ".csv" || ending == ".txt") && fs::is_regular_file(file);
+bool IsTextTable(const fs::directory_entry& entry) {
+  const std::string ending = LowerCase(entry.path().extension().string());
+  std::error_code unreadable;
+  return (ending == ".csv" || ending == ".txt") && entry.is_regular_file(unreadable);
+}
+
+bool IsReadableGeotagFile(const fs::path& file) {
+  try {
+    return IsGeotagFile(file);
+  } catch (const Error& error) {
+    Log().warn("not looked at: {}", error.what());
+    return false;
+  }
 }
 
 }  // namespace
@@ -177,34 +217,29 @@ bool IsTextTable(const fs::path& file) {
 bool IsGeotagFile(const fs::path& file) { return LayoutOf(FirstLines(file)) != Layout::kNone; }
 
 std::vector<Geotag> ReadGeotagFile(const fs::path& file) {
-  const std::vector<std::string> head = FirstLines(file);
+  const std::vector<HeadLine> head = FirstLines(file);
   const Layout layout = LayoutOf(head);
   const TextFile text(file);
   std::vector<Geotag> tags;
   if (layout != Layout::kNone)
-    tags = layout == Layout::kReferenceSystem ? ReadGridList(text) : ReadTable(text, head);
+    tags = layout == Layout::kReferenceSystem ? ReadGridList(text) : ReadTable(text, TableHead(head));
   if (tags.empty()) throw Error("{}: lists no position of an image", file.string());
   return tags;
 }
 
-fs::path FindGeotagsBeside(const std::vector<fs::path>& folders) {
+std::vector<fs::path> FindGeotagsBeside(const std::vector<fs::path>& folders) {
   std::vector<fs::path> found;
   for (const fs::path& folder : folders) {
     std::vector<fs::path> here;
     for (const auto& entry : fs::directory_iterator(folder)) {
-      if (IsTextTable(entry.path()) && IsGeotagFile(entry.path())) here.push_back(entry.path());
+      if (IsTextTable(entry) && IsReadableGeotagFile(entry.path())) here.push_back(entry.path());
     }
     std::ranges::sort(here);
     for (const fs::path& file : here) {
       if (std::ranges::find(found, file) == found.end()) found.push_back(file);
     }
   }
-  if (found.empty()) return {};
-  for (size_t i = 1; i < found.size(); ++i) {
-    Log().warn("{}: not used: {} lists positions of the images, too", found[i].string(),
-               found[0].string());
-  }
-  return found[0];
+  return found;
 }
 
 }  // namespace deepuav

@@ -34,8 +34,8 @@ bool IsGeotagFile(const std::filesystem::path& file);
 /// lists none.
 std::vector<Geotag> ReadGeotagFile(const std::filesystem::path& file);
 
-/// The first table of positions, by name, among the .csv and .txt files of the folders; empty where
-/// there is none.
-std::filesystem::path FindGeotagsBeside(const std::vector<std::filesystem::path>& folders);
+/// The tables of positions among the .csv and .txt files of the folders, each folder's by name. One
+/// that cannot be read is logged and passed over.
+std::vector<std::filesystem::path> FindGeotagsBeside(const std::vector<std::filesystem::path>& folders);
 
 }  // namespace deepuav

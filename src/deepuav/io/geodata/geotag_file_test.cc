@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "deepuav/base/error.h"
+#include "deepuav/io/geodata/grid_coordinates.h"
 #include "deepuav/io/testing/io_test_support.h"
 #include "deepuav/sensors/geodesy.h"
 
@@ -96,7 +97,8 @@ TEST_F(GeotagFileTest, GridsAreTurnedIntoLatitudeAndLongitude) {
   const GeoPoint sydney = GeoFromUtm({56, false}, {334368, 6250948, 0});
   const Geotag south = Read("WGS84 UTM 56S\na.jpg 334368 6250948\n")[0];
   EXPECT_NEAR(south.fix.latitude_deg, sydney.latitude_deg, 1e-8);
-  // The origin of the Swiss grid, the old observatory of Bern, on CH1903+; some 130 m off on WGS 84.
+  // The origin of the Swiss grid, the old observatory of Bern, on CH1903+; some 130 m off on
+  // WGS 84.
   const Geotag bern = Read("EPSG:2056\na.jpg 2600000 1200000\n")[0];
   EXPECT_NEAR(bern.fix.latitude_deg, 46 + 57 / 60.0 + 8.66 / 3600, 2e-3);
   EXPECT_NEAR(bern.fix.longitude_deg, 7 + 26 / 60.0 + 22.50 / 3600, 2e-3);
@@ -127,17 +129,37 @@ TEST_F(GeotagFileTest, ErrorsNameTheLine) {
   EXPECT_THAT(ErrorOf("EPSG:32632\na.jpg 1e30 1e30\n"), HasSubstr("is no point of EPSG:32632"));
 }
 
-TEST_F(GeotagFileTest, TheFirstByNameOfTheFirstFolderIsTaken) {
+TEST_F(GeotagFileTest, TablesBesideAreFoundByFolderAndName) {
+  using testing::ElementsAre;
+  using testing::IsEmpty;
   const char* list = "image,latitude,longitude\na.jpg,47,8\n";
   const fs::path above = folder_.path(), images = folder_.path() / "images";
-  EXPECT_EQ(FindGeotagsBeside({above}), fs::path());
+  EXPECT_THAT(FindGeotagsBeside({above}), IsEmpty());
   folder_.Write("z.csv", list);
   folder_.Write("notes.txt", "sunny\n");
-  EXPECT_EQ(FindGeotagsBeside({above}), above / "z.csv");
+  fs::create_symlink("loop.csv", above / "loop.csv");
   folder_.Write("B.TXT", list);
-  EXPECT_EQ(FindGeotagsBeside({above, above}), above / "B.TXT");
+  EXPECT_THAT(FindGeotagsBeside({above, above}), ElementsAre(above / "B.TXT", above / "z.csv"));
   folder_.Write("images/z.csv", list);
-  EXPECT_EQ(FindGeotagsBeside({images, above}), images / "z.csv");
+  EXPECT_THAT(FindGeotagsBeside({images, above}),
+              ElementsAre(images / "z.csv", above / "B.TXT", above / "z.csv"));
+}
+
+TEST_F(GeotagFileTest, NoFileOrAddressIsOpenedForAReferenceSystem) {
+  for (const char* system :
+       {"http://127.0.0.1:1/x", "/etc/passwd", "wgs84.prj", "+init=/tmp/grid:1",
+        "+proj=longlat +ellps=GRS80 +nadgrids=/tmp/grid +no_defs", "WGS84 UTM 61N"}) {
+    const std::string text = "#EPSG:4326\n#a.jpg 8 47\n" + std::string(system) + "\nb.jpg 8 47\n";
+    EXPECT_NE(ErrorOf(text), "") << system;
+    EXPECT_THROW(GridCoordinates(system, "here"), Error) << system;
+  }
+  EXPECT_EQ(Read("# EPSG:32632\n# of today\nEPSG:4326\na.jpg 8 47\n")[0].fix.latitude_deg, 47);
+}
+
+TEST_F(GeotagFileTest, WhatStandsBeforeTheHeadIsNoRow) {
+  EXPECT_EQ(Read("sep=,\nimage_id,image_name,latitude,longitude\n7,a.jpg,47,8\n")[0].image,
+            "a.jpg");
+  EXPECT_EQ(Read("# my list\na.jpg,47,8\n").size(), 1u);
 }
 
 }  // namespace

@@ -55,6 +55,18 @@ TEST_F(GnssFileTest, ReadsTheSimulatorsHead) {
   EXPECT_EQ(fixes[0].altitude_m, 440.5);
 }
 
+TEST_F(GnssFileTest, ColumnsAreToldByTheirNames) {
+  const GnssFix fix = ReadGnssFile(Write(
+      "log.csv",
+      "time [s],lat,lon,baroaltitude,height,stdEast,stdNorth,stdUp,velocity accuracy vertical\n"
+      "1,47,8,900,500,1,2,3,9\n"))[0];
+  EXPECT_EQ(fix.altitude_m, 500);
+  EXPECT_EQ(fix.sigma_m, Eigen::Vector3d(1, 2, 3));
+  const GnssFix other = ReadGnssFile(Write(
+      "other.csv", "time,lat,lon,std_lat(deg),accuracy_horizontal (mm)\n1,47,8,1e-7,15\n"))[0];
+  EXPECT_EQ(other.sigma_m, Eigen::Vector3d(0.015, 0.015, 0));
+}
+
 TEST_F(GnssFileTest, RefusesHeightsThatNothingFliesAt) {
   const std::string point =
       R"(<trkpt lat="47" lon="8"><ele>1e308</ele><time>2024-05-01T10:00:00Z</time></trkpt>)";

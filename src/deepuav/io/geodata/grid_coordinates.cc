@@ -1,6 +1,7 @@
 #include "deepuav/io/geodata/grid_coordinates.h"
 
 #include <cpl_error.h>
+#include <ogr_spatialref.h>
 #include <ogr_srs_api.h>
 
 #include <array>
@@ -40,8 +41,23 @@ std::string AsUserInput(std::string_view system) {
   std::smatch match;
   if (!std::regex_match(name, match, utm))
     return name == "wgs84" ? "EPSG:4326" : std::string(system);
-  constexpr int kNorth = 32600, kSouth = 32700;
-  return fmt::format("EPSG:{}", (match[3] == "n" ? kNorth : kSouth) + std::stoi(match[2]));
+  constexpr int kNorth = 32600, kSouth = 32700, kLastZone = 60;
+  const int zone = std::stoi(match[2]);
+  if (zone < 1 || zone > kLastZone) return std::string(system);
+  return fmt::format("EPSG:{}", (match[3] == "n" ? kNorth : kSouth) + zone);
+}
+
+/// A list of positions may come from anyone: nothing in it has a file or an address opened.
+bool SetSystem(const std::string& text, void* system) {
+  const std::string name = LowerCase(text);
+  constexpr std::array<std::string_view, 3> kOpenFiles = {"grids", "init=", "extension"};
+  if (std::ranges::any_of(kOpenFiles, [&](std::string_view part) {
+        return name.find(part) != std::string::npos;
+      }))
+    return false;
+  return OGRSpatialReference::FromHandle(system)->SetFromUserInput(
+             text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) ==
+         OGRERR_NONE;
 }
 
 }  // namespace
@@ -50,7 +66,7 @@ GridCoordinates::GridCoordinates(std::string_view system, const std::string& whe
     : system_(OneLine(system)), transformation_(nullptr, &OCTDestroyCoordinateTransformation) {
   const QuietProj quiet;
   const System grid = MakeSystem(), globe = MakeSystem();
-  if (OSRSetFromUserInput(grid.get(), AsUserInput(system).c_str()) == OGRERR_NONE &&
+  if (NamesReferenceSystem(system) && SetSystem(AsUserInput(system), grid.get()) &&
       OSRImportFromEPSG(globe.get(), kWgs84) == OGRERR_NONE)
     transformation_.reset(OCTNewCoordinateTransformation(grid.get(), globe.get()));
   if (!transformation_) {
@@ -74,8 +90,8 @@ Eigen::Vector2d GridCoordinates::LatitudeLongitude(double x, double y,
 
 bool NamesReferenceSystem(std::string_view line) {
   const std::string name = LowerCase(line);
-  constexpr std::array<std::string_view, 7> kStarts = {"epsg:",  "+proj",  "wgs84", "wgs 84",
-                                                       "projcs", "geogcs", "+init"};
+  constexpr std::array<std::string_view, 6> kStarts = {"epsg:",  "+proj",  "wgs84",
+                                                       "wgs 84", "projcs", "geogcs"};
   return std::ranges::any_of(kStarts,
                              [&](std::string_view start) { return name.starts_with(start); });
 }
