@@ -97,6 +97,7 @@ void Run(const LiveArguments& arguments) {
     if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
   }
 #endif
+  live.LearnLens(hooks);  // The page draws by the camera.
 #if DEEPUAV_WITH_REPORT
   const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());
   if (view) {
@@ -104,7 +105,6 @@ void Run(const LiveArguments& arguments) {
     Show(live, view.get(), &hooks);
   }
 #endif
-  live.LearnLens(hooks);
   const FinishedRun run = live.Run(hooks);
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "deepuav/base/logging.h"
 #include "deepuav/base/time.h"
 #include "deepuav/geometry/camera_scale.h"
 #include "deepuav/io/datasets/dataset.h"
@@ -45,9 +46,8 @@ class KeptImages : public ImageSource {
 /// begins.
 class LensSearch {
  public:
-  LensSearch(const Camera& camera, double focal_sigma, const RunOptions& options,
-             std::function<bool()> stop)
-      : camera_(camera), focal_sigma_(focal_sigma), options_(options), stop_(std::move(stop)) {}
+  LensSearch(const GuessedLens& working, const RunOptions& options, std::function<bool()> stop)
+      : working_(working), options_(options), stop_(std::move(stop)) {}
   ~LensSearch() {
     is_given_up_ = true;
     if (thread_.joinable()) thread_.join();
@@ -62,75 +62,105 @@ class LensSearch {
     images_ = std::move(images);
     thread_ = std::thread([this] {
       try {
-        found_ = CalibrateFromImages(camera_, focal_sigma_, options_, &images_,
+        found_ = CalibrateFromImages(working_.camera, working_.focal_sigma, options_, &images_,
                                      [this] { return is_given_up_ || (stop_ && stop_()); });
-      } catch (...) {
-        failure_ = std::current_exception();
+      } catch (const std::exception& error) {
+        Log().warn("the lens could not be looked for: {}", error.what());
       }
       has_ended_ = true;
     });
   }
-  /// Once it has ended. Throws what it threw.
+  /// Once it has ended.
   std::optional<SampleCalibration> Take() {
     thread_.join();
-    if (failure_) std::rethrow_exception(failure_);
     return std::move(found_);
   }
 
  private:
-  const Camera camera_;
-  const double focal_sigma_;
+  const GuessedLens working_;
   const RunOptions& options_;
   const std::function<bool()> stop_;
   KeptImages images_;
   std::optional<SampleCalibration> found_;
-  std::exception_ptr failure_;
   std::atomic<bool> is_given_up_{false}, has_ended_{false};
   std::thread thread_;
 };
 
-Camera WorkingCamera(const Camera& camera, double working_pixels) {
-  const cv::Size size = WorkingSize({camera.width, camera.height}, working_pixels);
-  return ScaledCamera(camera, size.width, size.height);
+GuessedLens AtWorkingSize(const GuessedLens& guess, double working_pixels) {
+  const cv::Size size = WorkingSize({guess.camera.width, guess.camera.height}, working_pixels);
+  return {ScaledCamera(guess.camera, size.width, size.height), guess.focal_sigma};
 }
+
+/// Keeps images while the picture moves until there are enough, then searches.
+class LensLearning {
+ public:
+  LensLearning(const GuessedLens& guess, const RunOptions& run, const LiveLensOptions& options,
+               const LensHooks& hooks)
+      : working_(AtWorkingSize(guess, run.images.working_pixels)),
+        options_(options),
+        hooks_(hooks),
+        search_(working_, run, hooks.stop) {}
+
+  void Keep(const GreyImage& image, Timestamp time, PictureState picture) {
+    if (search_.has_begun() || !IsDue(time) || picture != PictureState::kMoving) return;
+    GreyImage small;
+    cv::resize(image, small, cv::Size(working_.camera.width, working_.camera.height), 0, 0,
+               cv::INTER_AREA);
+    kept_.Keep(std::move(small), time);
+  }
+  /// Also begins the search when its time has come.
+  bool IsOver() {
+    if ((hooks_.stop && hooks_.stop()) || search_.has_ended()) return true;
+    if (search_.has_begun()) return false;
+    const bool is_late = watching_.Seconds() >= options_.longest_s;
+    if (kept_.size() < options_.images && !is_late) return false;
+    if (kept_.size() < options_.fewest_images) return true;
+    hooks_.say(
+        fmt::format("the lens is looked for in {} images; tracking begins then", kept_.size()));
+    search_.Begin(std::move(kept_));
+    return false;
+  }
+  std::optional<SampleCalibration> Take() {
+    if (search_.has_ended()) return search_.Take();
+    const bool is_stopped = hooks_.stop && hooks_.stop();
+    if (!search_.has_begun() && !is_stopped) {
+      hooks_.say(
+          fmt::format("{} images that moved in {:.0f} s, at least {} tell a lens: it is guessed",
+                      kept_.size(), options_.longest_s, options_.fewest_images));
+    }
+    return std::nullopt;
+  }
+
+ private:
+  bool IsDue(Timestamp time) const {
+    const std::optional<Timestamp> last = kept_.last_time();
+    return !last || SecondsBetween(*last, time) >= options_.interval_s;
+  }
+
+  const GuessedLens working_;
+  const LiveLensOptions options_;
+  const LensHooks& hooks_;
+  const Stopwatch watching_;
+  KeptImages kept_;
+  LensSearch search_;
+};
 
 }  // namespace
 
-std::optional<SampleCalibration> LearnLens(LiveSource* source, const Camera& guess,
-                                           double focal_sigma, const LiveFeedOptions& feed_options,
+std::optional<SampleCalibration> LearnLens(LiveSource* source, const GuessedLens& guess,
+                                           const LiveFeedOptions& feed_options,
                                            const RunOptions& run, const LiveLensOptions& options,
-                                           const std::function<void(const std::string&)>& say,
-                                           const std::function<bool()>& stop) {
-  const Camera working = WorkingCamera(guess, run.images.working_pixels);
-  LensSearch search(working, focal_sigma, run, stop);
-  KeptImages kept;
-  const Stopwatch watching;
+                                           const LensHooks& hooks) {
+  LensLearning learning(guess, run, options, hooks);
   const LiveFeed* looked_at = nullptr;
-  const auto keep = [&](const GreyImage& image, Timestamp time, const Stopwatch&) {
-    const bool is_due =
-        !kept.last_time() || SecondsBetween(*kept.last_time(), time) >= options.interval_s;
-    if (search.has_begun() || !is_due || looked_at->counts().picture != PictureState::kMoving)
-      return;
-    GreyImage small;
-    cv::resize(image, small, cv::Size(working.width, working.height), 0, 0, cv::INTER_AREA);
-    kept.Keep(std::move(small), time);
-  };
-  const auto is_over = [&] {
-    if ((stop && stop()) || search.has_ended()) return true;
-    const bool is_late = watching.Seconds() >= options.longest_s;
-    if (search.has_begun() || (kept.size() < options.images && !is_late)) return false;
-    if (kept.size() < options.fewest_images) return true;
-    say(fmt::format("the lens is looked for in {} images; tracking begins then", kept.size()));
-    search.Begin(std::move(kept));
-    return false;
-  };
-  LiveFeed feed(source, {guess.width, guess.height}, feed_options, {keep, say});
+  LiveFeed feed(source, {guess.camera.width, guess.camera.height}, feed_options,
+                {[&](const GreyImage& image, Timestamp time, const Stopwatch&) {
+                   learning.Keep(image, time, looked_at->counts().picture);
+                 },
+                 hooks.say});
   looked_at = &feed;
-  feed.Run(is_over);
-  if (search.has_begun() && search.has_ended()) return search.Take();
-  if (!search.has_begun())
-    say("too little moves before the camera to tell its lens: it is guessed");
-  return std::nullopt;
+  feed.Run([&] { return learning.IsOver(); });
+  return learning.Take();
 }
 
 }  // namespace deepuav

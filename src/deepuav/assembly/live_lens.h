@@ -16,14 +16,24 @@ struct LiveLensOptions {
   double longest_s = 60;                 ///< 0: not at all.
 };
 
+/// The camera that a source is taken to have, of images as they come, and how well the focal length
+/// is known: its standard deviation over it.
+struct GuessedLens {
+  Camera camera;
+  double focal_sigma = 0;
+};
+
+/// Who is told of a search for a lens, and may end it.
+struct LensHooks {
+  std::function<void(const std::string& line)> say;
+  std::function<bool()> stop;  ///< Asked in any thread.
+};
+
 /// The lens of a live source, found by its first images; those that come meanwhile are left out, as
-/// no pose under a wrong lens is of use. `guess` is the source's camera as images come. Nothing
-/// where they do not tell it in time. `say` is told what goes on. Throws Error where the source
-/// cannot be opened.
-std::optional<SampleCalibration> LearnLens(LiveSource* source, const Camera& guess,
-                                           double focal_sigma, const LiveFeedOptions& feed,
-                                           const RunOptions& run, const LiveLensOptions& options,
-                                           const std::function<void(const std::string&)>& say,
-                                           const std::function<bool()>& stop);
+/// no pose under a wrong lens is of use. Nothing where they do not tell it in time. Throws Error
+/// where the source cannot be opened.
+std::optional<SampleCalibration> LearnLens(LiveSource* source, const GuessedLens& guess,
+                                           const LiveFeedOptions& feed, const RunOptions& run,
+                                           const LiveLensOptions& options, const LensHooks& hooks);
 
 }  // namespace deepuav

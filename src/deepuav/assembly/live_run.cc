@@ -164,20 +164,22 @@ void LiveRun::Say(const LiveHooks& hooks, const std::string& line) const {
 
 std::optional<SampleCalibration> LiveRun::FindLens(const LiveHooks& hooks) {
   if (dataset_) return CalibrateFromSample(dataset_.get(), settings_->options, hooks.stop);
-  return deepuav::LearnLens(
-      source_.get(), push_.camera, push_.calibration.focal_sigma, request_.feed, settings_->options,
-      request_.lens, [&](const std::string& line) { Say(hooks, line); }, hooks.stop);
+  const GuessedLens guess{push_.camera, push_.calibration.focal_sigma};
+  return deepuav::LearnLens(source_.get(), guess, request_.feed, settings_->options, request_.lens,
+                            {[&](const std::string& line) { Say(hooks, line); }, hooks.stop});
 }
 
 void LiveRun::LearnLens(const LiveHooks& hooks) {
   if (!push_.map.empty() || !IsGuess(push_.calibration.focal_sigma) || request_.lens.longest_s == 0)
     return;
   const std::optional<SampleCalibration> found = FindLens(hooks);
+  request_.feed.was_open = true;
   if (!found) return;
   const double rate_hz = push_.camera.rate_hz;
+  guessed_focal_px_ = push_.camera.pinhole.fx;
   push_.camera = ScaledCamera(found->camera, push_.camera.width, push_.camera.height);
   push_.camera.rate_hz = rate_hz;
-  push_.calibration = {.text = "its own images"};
+  push_.calibration.focal_sigma = 0;
   push_.lens = found->lens;
   settings_->options.system.refine_focal = false;
 }
@@ -187,6 +189,12 @@ LiveFacts LiveRun::Facts() const {
   const LatencyMeter::Latencies latency = latency_.All();
   return {counts.arrived,   counts.frozen, counts.misfits, counts.reconnects,
           latency.median_s, latency.p95_s, latency.count};
+}
+
+void LiveRun::Complete(FinishedRun* run) const {
+  run->facts.live = Facts();
+  if (dataset_) run->facts.calibration.source = push_.calibration.text;
+  if (guessed_focal_px_) run->facts.calibration.start_focal_px = *guessed_focal_px_;
 }
 
 void LiveRun::FeedAll(const LiveHooks& hooks, PushedRun* run) {
@@ -224,7 +232,7 @@ FinishedRun LiveRun::Run(const LiveHooks& hooks) {
   PushedRun run(push_, std::move(settings_),
                 {&observer, hooks.stop, [&saver] { return saver.Due(); },
                  [&](FinishedRun meanwhile) {
-                   meanwhile.facts.live = Facts();
+                   Complete(&meanwhile);
                    saver.Save(std::move(meanwhile));
                  }});
   {
@@ -242,8 +250,7 @@ FinishedRun LiveRun::Run(const LiveHooks& hooks) {
     if (hooks.stop && hooks.stop()) run.Stop();
     FinishedRun finished = run.Finish();
     forget();
-    finished.facts.live = Facts();
-    if (dataset_) finished.facts.calibration.source = push_.calibration.text;
+    Complete(&finished);
     saver.Stop();
     return finished;
   } catch (...) {

@@ -84,6 +84,8 @@ class LiveRun {
   void OpenSource();
   void FindStreamCamera();
   LiveFacts Facts() const;
+  /// What a run over pushed images does not know of where they come from.
+  void Complete(FinishedRun* run) const;
   std::optional<SampleCalibration> FindLens(const LiveHooks& hooks);
   void Say(const LiveHooks& hooks, const std::string& line) const;
   void FeedAll(const LiveHooks& hooks, PushedRun* run);
@@ -93,6 +95,7 @@ class LiveRun {
   std::unique_ptr<Dataset> dataset_;
   std::unique_ptr<LiveSource> source_;
   PushRequest push_;
+  std::optional<double> guessed_focal_px_;  ///< Where the lens was found since.
   LatencyMeter latency_;
   mutable std::mutex mutex_;  ///< Of the pointers, while the run goes on.
   const LiveFeed* feed_ = nullptr;

@@ -29,10 +29,20 @@ LiveCounts LiveFeed::counts() const {
   return counts_;
 }
 
-void LiveFeed::Run(const std::function<bool()>& stop) {
-  source_->Open();
+bool LiveFeed::OpenFirst(const std::function<bool()>& stop) {
+  try {
+    source_->Open();
+  } catch (const Error&) {
+    if (!options_.was_open) throw;
+    return Reopen(stop);
+  }
   since_open_.Restart();
   Count([](LiveCounts* counts) { counts->is_open = true; });
+  return true;
+}
+
+void LiveFeed::Run(const std::function<bool()>& stop) {
+  if (!OpenFirst(stop)) return;
   while (!stop()) {
     if (const std::optional<LiveImage> image = source_->Next(stop)) {
       Take(*image);

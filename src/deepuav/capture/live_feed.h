@@ -17,6 +17,7 @@ struct LiveFeedOptions {
   double first_wait_s = 0.5;   ///< Before a dropped link is opened again the second time...
   double longest_wait_s = 10;  ///< ...twice as long each time, up to this.
   double held_s = 10;          ///< A link that held for so long is opened again at once.
+  bool was_open = false;       ///< Before: then a first opening that fails is tried again.
 };
 
 /// What came of a live source so far.
@@ -52,6 +53,7 @@ class LiveFeed {
   LiveCounts counts() const;
 
  private:
+  bool OpenFirst(const std::function<bool()>& stop);
   bool Reopen(const std::function<bool()>& stop);
   void Take(const LiveImage& image);
   void TellPicture(PictureState picture, Timestamp arrival);
