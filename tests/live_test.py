@@ -249,7 +249,7 @@ class LiveTest(SceneTest):
         self.addCleanup(camera.close)
         camera.show(self.jpegs[:1])
         live = self.live(camera.address, "--learn-lens", "3")
-        live.wait_for("0 images that moved in 3 s, at least 20 tell a lens: it is guessed")
+        live.wait_for(r"\d images that moved in 3 s, at least 20 tell a lens: it is guessed")
         camera.show(self.jpegs)
         live.wait_for("map 0 starts")
         self.assertEqual(live.end(signal.SIGINT)[0], 130)
