@@ -15,9 +15,10 @@ struct PhotoGeotags {
   std::vector<std::optional<GnssFix>> fixes;  ///< As many as photographs.
 };
 
-/// From the first table of positions (ReadGeotagFile) in one of `folders` that names any. Photographs are found
-/// by their path below `images`, else by name, else by name without ending, in upper or lower case;
-/// a name that several have is none. Warns of a table that cannot be read or names none of them.
+/// From the first table of positions (ReadGeotagFile) in one of `folders` that names any of them.
+/// Photographs are found by their path below `images`, else by name, else by name without ending,
+/// in upper or lower case; a name that several have is none, and where two rows name one equally
+/// well it has no position. Warns of tables that cannot be read or name none.
 PhotoGeotags FindPhotoGeotags(const std::vector<std::filesystem::path>& folders,
                               const std::filesystem::path& images,
                               const std::vector<std::filesystem::path>& photographs);
