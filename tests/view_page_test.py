@@ -37,6 +37,7 @@ class ViewPageTest(unittest.TestCase):
         cls.addClassCleanup(cls.browser.quit)
 
     def setUp(self):
+        self.browser.get("about:blank")  # The page of the test before goes on asking for its program.
         for log in ("browser", "performance"):
             self.browser.get_log(log)
 
