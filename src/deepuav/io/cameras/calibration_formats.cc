@@ -23,10 +23,10 @@ void DropZeros(std::vector<double>* coefficients) {
     coefficients->pop_back();
 }
 
-LensModel LensCalled(const std::string& name, const std::string& where) {
+LensModel LensNamed(const YamlMap& yaml, const std::string& name) {
   if (const auto lens = LensModelOf(name)) return *lens;
-  throw Error("{}: the lens is {}: expected one as {}", where, Quoted(name),
-              fmt::join(LensModelNames(), ", "));
+  throw Error("{}: {} is {}: expected one as {}", yaml.Where("distortion_model"),
+              yaml.Name("distortion_model"), Quoted(name), fmt::join(LensModelNames(), ", "));
 }
 
 void SetDistortion(LensModel lens, std::vector<double> coefficients, const std::string& where,
@@ -42,13 +42,6 @@ void SetSize(const YamlMap& yaml, const char* width, const char* height, Camera*
   camera->height = yaml.Integer(height, 1, kMaxImageSidePx);
 }
 
-std::vector<double> Counted(const YamlMap& yaml, const std::string& key, size_t count) {
-  std::vector<double> numbers = yaml.Numbers(key);
-  if (numbers.size() == count) return numbers;
-  throw Error("{}: {} holds {} numbers: expected {}", yaml.Where(key), yaml.Name(key),
-              numbers.size(), count);
-}
-
 bool IsSide(double side_px) {
   return side_px >= 1 && side_px <= kMaxImageSidePx && side_px == std::floor(side_px);
 }
@@ -59,33 +52,8 @@ int Side(const YamlMap& yaml, double side_px) {
               yaml.Name("resolution"), side_px, kMaxImageSidePx);
 }
 
-/// Kalibr's, of one camera.
-Camera KalibrCamera(const YamlMap& yaml) {
-  const std::string model = yaml.Text("camera_model");
-  if (model != "pinhole") {
-    throw Error("{}: {} is {}: expected pinhole", yaml.Where("camera_model"),
-                yaml.Name("camera_model"), Quoted(model));
-  }
-  Camera camera;
-  const std::vector<double> size = Counted(yaml, "resolution", 2);
-  camera.width = Side(yaml, size[0]);
-  camera.height = Side(yaml, size[1]);
-  const std::vector<double> in = Counted(yaml, "intrinsics", 4);
-  camera.pinhole = {in[0], in[1], in[2], in[3]};
-  camera.readout_s = ReadReadout(yaml);
-  if (yaml.Has("rate_hz")) camera.rate_hz = std::max(0.0, yaml.Number("rate_hz"));
-  const std::string lens = yaml.Has("distortion_model") ? yaml.Text("distortion_model") : "none";
-  if (lens == "none") return camera;
-  const char* field =
-      yaml.Has("distortion_coeffs") ? "distortion_coeffs" : "distortion_coefficients";
-  SetDistortion(LensCalled(lens, yaml.Where("distortion_model")), yaml.Numbers(field),
-                yaml.Where(field), yaml.Name(field), &camera);
-  return camera;
-}
-
 LensModel MatrixLens(const YamlMap& yaml) {
-  if (yaml.Has("distortion_model"))
-    return LensCalled(yaml.Text("distortion_model"), yaml.Where("distortion_model"));
+  if (yaml.Has("distortion_model")) return LensNamed(yaml, yaml.Text("distortion_model"));
   const bool is_fisheye = yaml.Has("fisheye_model") && yaml.Number("fisheye_model") != 0;
   return is_fisheye ? LensModel::kEquidistant : LensModel::kRadialTangential;
 }
@@ -94,7 +62,8 @@ LensModel MatrixLens(const YamlMap& yaml) {
 Camera MatrixCamera(const YamlMap& yaml) {
   Camera camera;
   SetSize(yaml, "image_width", "image_height", &camera);
-  const std::vector<double> k = Counted(yaml.Map("camera_matrix"), "data", kMatrixValues);
+  const std::vector<double> k =
+      yaml.Map("camera_matrix").Numbers("data", kMatrixValues, "9, by rows");
   camera.pinhole = {k[0], k[4], k[2], k[5]};
   const char* field = "distortion_coefficients";
   if (!yaml.Has(field)) return camera;
@@ -204,6 +173,30 @@ Camera ColmapCamera(const std::vector<std::string_view>& fields, const std::stri
 }
 
 }  // namespace
+
+Camera KalibrCamera(const YamlMap& yaml) {
+  const std::string model = yaml.Text("camera_model");
+  if (model != "pinhole") {
+    throw Error("{}: {} is {}: expected pinhole", yaml.Where("camera_model"),
+                yaml.Name("camera_model"), Quoted(model));
+  }
+  Camera camera;
+  const std::vector<double> size = yaml.Numbers("resolution", 2, "2 (width, height)");
+  camera.width = Side(yaml, size[0]);
+  camera.height = Side(yaml, size[1]);
+  const std::vector<double> in = yaml.Numbers("intrinsics", 4, "4 (fu, fv, cu, cv)");
+  camera.pinhole = {in[0], in[1], in[2], in[3]};
+  camera.readout_s = ReadReadout(yaml);
+  if (yaml.Has("rate_hz")) camera.rate_hz = std::max(0.0, yaml.Number("rate_hz"));
+  const char* field =
+      yaml.Has("distortion_coeffs") ? "distortion_coeffs" : "distortion_coefficients";
+  if (!yaml.Has("distortion_model") && !yaml.Has(field)) return camera;
+  const std::string lens = yaml.Text("distortion_model");
+  if (lens == "none") return camera;
+  SetDistortion(LensNamed(yaml, lens), yaml.Numbers(field), yaml.Where(field), yaml.Name(field),
+                &camera);
+  return camera;
+}
 
 std::optional<Camera> CameraOfOtherPrograms(const YamlMap& yaml) {
   if (yaml.Has("cam0")) return KalibrCamera(yaml.Map("cam0"));

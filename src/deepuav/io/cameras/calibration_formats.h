@@ -18,6 +18,9 @@ namespace deepuav {
 /// missing or of a kind that is not supported.
 std::optional<Camera> CameraOfOtherPrograms(const YamlMap& yaml);
 
+/// The camera of one of Kalibr's cameras, or of EuRoC's sensor.yaml. Throws as above.
+Camera KalibrCamera(const YamlMap& yaml);
+
 /// The camera of COLMAP's cameras.txt, of which there must be one. Throws Error naming file and
 /// line.
 Camera ReadColmapCamera(const std::filesystem::path& file);

@@ -148,8 +148,9 @@ TEST_F(EurocTest, NamesTheFieldOfAWrongSensorFile) {
             ": field 'camera_model' is missing: expected a word");
   EXPECT_EQ(SensorError("camera_model: pinhole", "camera_model: omni"),
             ":13: camera_model is 'omni': expected pinhole");
-  EXPECT_EQ(SensorError("radial-tangential", "fov"),
-            ":15: distortion_model is 'fov': expected radial-tangential, radtan or equidistant");
+  EXPECT_EQ(
+      SensorError("radial-tangential", "fov"),
+      ":15: distortion_model is 'fov': expected one as pinhole, radial_tangential, equidistant");
   EXPECT_EQ(SensorError("45.5, 46.5, 31.25, 24.75", "45.5, 46.5, 31.25"),
             ":14: intrinsics holds 3 numbers: expected 4 (fu, fv, cu, cv)");
   EXPECT_EQ(SensorError("45.5, 46.5", ".nan, 46.5"),

@@ -115,6 +115,14 @@ std::vector<double> YamlMap::Numbers(const std::string& key) const {
   return numbers;
 }
 
+std::vector<double> YamlMap::Numbers(const std::string& key, size_t count,
+                                     std::string_view expected) const {
+  std::vector<double> numbers = Numbers(key);
+  if (numbers.size() == count) return numbers;
+  throw Error("{}: {} holds {} numbers: expected {}", Where(key), Name(key), numbers.size(),
+              expected);
+}
+
 YamlMap YamlMap::Map(const std::string& key) const {
   return YamlMap(Find(key, "a mapping").value, file_, prefix_ + key + ".");
 }

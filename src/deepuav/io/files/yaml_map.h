@@ -29,6 +29,9 @@ class YamlMap {
   int Integer(const std::string& key, int low, int high) const;
   std::string Text(const std::string& key) const;
   std::vector<double> Numbers(const std::string& key) const;
+  /// `count` of them; `expected` says which.
+  std::vector<double> Numbers(const std::string& key, size_t count,
+                              std::string_view expected) const;
   YamlMap Map(const std::string& key) const;
 
   /// Throws Error for a key that is not `known`, naming the nearest one.
