@@ -4,7 +4,7 @@
 #include <cctype>
 #include <initializer_list>
 
-#include "deepuav/io/files/text_file.h"
+#include "deepuav/base/error.h"
 
 namespace deepuav {
 namespace {
@@ -71,8 +71,8 @@ std::vector<size_t> AxesOfSigma(const std::string& name) {
 }
 
 bool IsAltitude(const std::string& name) {
-  return StartsWithAny(name, {"alt", "ele", "height", "hgt", "ellips", "z/alt", "absolute alt",
-                              "absolutealt"});
+  return StartsWithAny(
+      name, {"alt", "ele", "height", "hgt", "ellips", "z/alt", "absolute alt", "absolutealt"});
 }
 
 bool IsAbsent(std::string_view field) { return field.empty() || LowerCase(field) == "nan"; }
@@ -100,11 +100,52 @@ void SplitRow(std::string_view line, TableRow* fields) {
   }
 }
 
+void CheckFieldCount(const TableRow& fields, size_t needed, const char* names,
+                     const std::string& where) {
+  if (fields.size() >= needed) return;
+  throw Error("{}: {} fields: expected at least {} ({})", where, fields.size(), needed, names);
+}
+
+std::vector<HeadLine> FirstLines(const std::filesystem::path& file) {
+  constexpr size_t kHeadBytes = 8192, kMostLines = 10;
+  constexpr std::string_view kBlank = " \t\r\xEF\xBB\xBF";
+  const std::string head = ReadHead(file, kHeadBytes);
+  std::string_view rest = head;
+  std::vector<HeadLine> lines;
+  while (!rest.empty() && lines.size() < kMostLines) {
+    const size_t end = std::min(rest.find('\n'), rest.size());
+    std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
+    const bool is_comment = line.starts_with('#');
+    if (is_comment) line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
+    line = line.substr(0, line.find_last_not_of(kBlank) + 1);
+    if (!line.empty()) lines.push_back({std::string(line), is_comment});
+  }
+  return lines;
+}
+
+size_t FirstRow(const TextFile& text, const std::string& head) {
+  for (size_t i = 0; i < text.lines().size(); ++i) {
+    if (text.lines()[i].text == head) return i + 1;
+  }
+  return 0;
+}
+
 std::string LowerCase(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
   return lower;
+}
+
+FixColumns FixColumns::ByPlace(size_t count) {
+  constexpr size_t kLatitude = 1, kLongitude = 2, kAltitude = 3;
+  FixColumns columns;
+  columns.latitude = kLatitude;
+  columns.longitude = kLongitude;
+  if (count > kAltitude) columns.altitude = kAltitude;
+  return columns;
 }
 
 bool FixColumns::Take(const std::string& name, size_t column) {

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "deepuav/io/files/text_file.h"
 #include "deepuav/sensors/samples.h"
 
 namespace deepuav {
@@ -16,6 +18,21 @@ using TableRow = std::vector<std::string_view>;
 /// The fields of a line, without the quotes around them: separated by semicolons where it has any,
 /// else by commas, else by tabs.
 void SplitRow(std::string_view line, TableRow* fields);
+
+/// Throws Error where a row has fewer than `needed` fields; `names` says which these are.
+void CheckFieldCount(const TableRow& fields, size_t needed, const char* names,
+                     const std::string& where);
+
+struct HeadLine {
+  std::string text;  ///< Without the '#' of a comment.
+  bool is_comment = false;
+};
+
+/// The first lines of a file that are not blank, comments too, as heads are often written as these.
+std::vector<HeadLine> FirstLines(const std::filesystem::path& file);
+
+/// The index of the first row: behind the head, where that is a line of the text.
+size_t FirstRow(const TextFile& text, const std::string& head);
 
 std::string LowerCase(std::string_view text);
 
@@ -50,6 +67,9 @@ struct FixColumns {
   std::array<std::optional<size_t>, 3> sigma;  ///< East, north, up, metres.
   double altitude_unit_m = 1, sigma_unit_m = 1;
 
+  /// Of a table without a head, by how many fields its first row has: latitude, longitude and
+  /// altitude behind what the row is of.
+  static FixColumns ByPlace(size_t count);
   /// Whether a column of this name (in lower case) belongs to a position; then it is taken.
   bool Take(const std::string& name, size_t column);
   bool are_complete() const { return latitude && longitude; }

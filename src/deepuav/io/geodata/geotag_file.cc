@@ -59,40 +59,6 @@ bool IsRow(const TableRow& fields) {
          IsNumber(fields[1], &number) && IsNumber(fields[2], &number);
 }
 
-/// Of a table without a head, by how many fields its first row has.
-Columns ColumnsByPlace(size_t count) {
-  Columns columns;
-  columns.fix.latitude = 1;
-  columns.fix.longitude = 2;
-  if (count > kFewestFields) columns.fix.altitude = kFewestFields;
-  return columns;
-}
-
-struct HeadLine {
-  std::string text;  ///< Without the '#' of a comment.
-  bool is_comment = false;
-};
-
-/// The first lines of a file, comments too, as heads are often written as these.
-std::vector<HeadLine> FirstLines(const fs::path& file) {
-  constexpr size_t kHeadBytes = 8192, kMostLines = 10;
-  constexpr std::string_view kBlank = " \t\r\xEF\xBB\xBF";
-  const std::string head = ReadHead(file, kHeadBytes);
-  std::string_view rest = head;
-  std::vector<HeadLine> lines;
-  while (!rest.empty() && lines.size() < kMostLines) {
-    const size_t end = std::min(rest.find('\n'), rest.size());
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-    const bool is_comment = line.starts_with('#');
-    if (is_comment) line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
-    line = line.substr(0, line.find_last_not_of(kBlank) + 1);
-    if (!line.empty()) lines.push_back({std::string(line), is_comment});
-  }
-  return lines;
-}
-
 std::optional<std::string> TableHead(const std::vector<HeadLine>& lines) {
   for (const HeadLine& line : lines) {
     if (ColumnsOfHead(line.text)) return line.text;
@@ -143,31 +109,19 @@ class Tags {
   std::vector<Geotag> tags_;
 };
 
-void CheckCount(const TableRow& fields, size_t needed, const std::string& where) {
-  if (fields.size() >= needed) return;
-  throw Error("{}: {} fields: expected at least {} (image and its position)", where, fields.size(),
-              needed);
-}
-
-/// The index of the first row: behind the head, where that is a line of the text.
-size_t FirstRow(const TextFile& text, const std::optional<std::string>& head) {
-  for (size_t i = 0; head && i < text.lines().size(); ++i) {
-    if (text.lines()[i].text == *head) return i + 1;
-  }
-  return 0;
-}
-
 std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<std::string>& head) {
   std::optional<Columns> columns;
   Tags tags;
   TableRow fields;
-  for (size_t i = FirstRow(text, head); i < text.lines().size(); ++i) {
+  for (size_t i = head ? FirstRow(text, *head) : 0; i < text.lines().size(); ++i) {
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
     SplitRow(line.text, &fields);
     if (!columns)
-      columns = head ? ColumnsOfHead(*head, line.text) : ColumnsByPlace(fields.size());
-    CheckCount(fields, 1 + std::max(columns->image, columns->fix.last_needed()), where);
+      columns =
+          head ? ColumnsOfHead(*head, line.text) : Columns{0, FixColumns::ByPlace(fields.size())};
+    CheckFieldCount(fields, 1 + std::max(columns->image, columns->fix.last_needed()),
+                    "image and its position", where);
     tags.Add(fields[columns->image], ParseFix(fields, columns->fix, where), where);
   }
   return tags.Take();
@@ -184,7 +138,7 @@ std::vector<Geotag> ReadGridList(const TextFile& text) {
       continue;
     }
     SplitAtBlanks(line.text, &fields);
-    CheckCount(fields, kFewestFields, where);
+    CheckFieldCount(fields, kFewestFields, "image and its position", where);
     std::optional<GnssFix> fix = ParseFix(fields, GridColumns(fields.size()).fix, where);
     if (fix) {
       const Eigen::Vector2d place =
@@ -222,7 +176,8 @@ std::vector<Geotag> ReadGeotagFile(const fs::path& file) {
   const TextFile text(file);
   std::vector<Geotag> tags;
   if (layout != Layout::kNone)
-    tags = layout == Layout::kReferenceSystem ? ReadGridList(text) : ReadTable(text, TableHead(head));
+    tags =
+        layout == Layout::kReferenceSystem ? ReadGridList(text) : ReadTable(text, TableHead(head));
   if (tags.empty()) throw Error("{}: lists no position of an image", file.string());
   return tags;
 }

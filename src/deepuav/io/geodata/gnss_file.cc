@@ -14,21 +14,14 @@
 namespace deepuav {
 namespace {
 
-constexpr size_t kHeadBytes = 4096;
 constexpr size_t kFewestColumns = 3, kFewestPoseColumns = 8;
 constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
 constexpr double kLargestSeconds = 9223372036;  // The last second of a 64-bit time stamp.
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// The first line that is not blank, without the '#' of a commented head.
+/// Without the '#' of a commented head.
 std::string FirstLine(const std::filesystem::path& file) {
-  const std::string head = ReadHead(file, kHeadBytes);
-  std::string_view rest = head;
-  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
-  const size_t start = std::min(rest.find_first_not_of(" \t\r\n#"), rest.size());
-  rest.remove_prefix(start);
-  rest = rest.substr(0, rest.find_first_of("\r\n"));
-  return std::string(rest.substr(0, rest.find_last_not_of(" \t") + 1));
+  const std::vector<HeadLine> lines = FirstLines(file);
+  return lines.empty() ? std::string() : lines.front().text;
 }
 
 bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
@@ -65,15 +58,6 @@ std::optional<Columns> ColumnsOfHead(std::string_view line) {
   return columns;
 }
 
-/// Of a table without a head.
-Columns ColumnsByPlace(size_t count) {
-  Columns columns;
-  columns.fix.latitude = 1;
-  columns.fix.longitude = 2;
-  if (count > kFewestColumns) columns.fix.altitude = kFewestColumns;
-  return columns;
-}
-
 Timestamp ParseTime(std::string_view text, std::optional<int> places, const std::string& where) {
   if (LooksLikeIsoTime(text)) return ParseIsoTime(text, where);
   double number = 0;
@@ -84,23 +68,17 @@ Timestamp ParseTime(std::string_view text, std::optional<int> places, const std:
 }
 
 template <typename Take>
-void VisitCsv(const std::filesystem::path& file, std::string_view first_line, Take&& take) {
-  const std::optional<Columns> head = ColumnsOfHead(first_line);
+void VisitCsv(const std::filesystem::path& file, const std::string& first_line, Take&& take) {
+  std::optional<Columns> columns = ColumnsOfHead(first_line);
   const TextFile text(file);
   TableRow fields;
-  std::optional<Columns> columns = head;
-  // A head that is not commented out is a line of the text as well.
-  const size_t first = head && !text.lines().empty() && text.lines()[0].text == first_line ? 1 : 0;
-  for (size_t i = first; i < text.lines().size(); ++i) {
+  for (size_t i = columns ? FirstRow(text, first_line) : 0; i < text.lines().size(); ++i) {
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
     SplitRow(line.text, &fields);
-    if (!columns) columns = ColumnsByPlace(fields.size());
-    const size_t needed = 1 + std::max(columns->time, columns->fix.last_needed());
-    if (fields.size() < needed) {
-      throw Error("{}: {} fields: expected at least {} (time, latitude, longitude)", where,
-                  fields.size(), needed);
-    }
+    if (!columns) columns = Columns{0, FixColumns::ByPlace(fields.size()), {}};
+    CheckFieldCount(fields, 1 + std::max(columns->time, columns->fix.last_needed()),
+                    "time, latitude, longitude", where);
     const Timestamp time = ParseTime(fields[columns->time], columns->places_of_second, where);
     if (std::optional<GnssFix> fix = ParseFix(fields, columns->fix, where)) {
       fix->time = time;
