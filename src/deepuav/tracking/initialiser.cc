@@ -13,20 +13,14 @@
 namespace deepuav {
 namespace {
 
-/// A camera that shakes faster than its images come turns more quickly than they show from one to
-/// the next: the turn that is not known while one is read, over the rate at which the picture
-/// moves.
-constexpr double kTurnSigmaOfRate = 5;
-
 /// By the median of how far what two frames show has moved.
-double PictureRateRadS(const Frame& a, const Frame& b, const std::vector<Match>& matches,
+double PictureRateRadS(const Frame& a, const Frame& b, const std::vector<PixelPair>& detected,
                        const Camera& camera) {
   const double interval_s = std::abs(SecondsBetween(a.time, b.time));
-  if (camera.readout_s == 0 || matches.empty() || interval_s == 0) return 0;
+  if (camera.readout_s == 0 || detected.empty() || interval_s == 0) return 0;
   std::vector<double> moved_px;
-  moved_px.reserve(matches.size());
-  for (const PixelPair& pair : DetectedPairs(a, b, matches))
-    moved_px.push_back((pair.b_px - pair.a_px).norm());
+  moved_px.reserve(detected.size());
+  for (const PixelPair& pair : detected) moved_px.push_back((pair.b_px - pair.a_px).norm());
   return Median(std::move(moved_px)) / (camera.pinhole.fx * interval_s);
 }
 
@@ -126,10 +120,13 @@ void Initialiser::ProposeFrom(FirstView* first, const Frame& second, std::string
 
 std::vector<PixelPair> Initialiser::PairsOf(const Frame& a, const Frame& b,
                                             const std::vector<Match>& matches) const {
-  const double turn_sigma_rad_s = std::max(
-      options_.turn_sigma_rad_s, kTurnSigmaOfRate * PictureRateRadS(a, b, matches, camera_));
-  return MeasurePairs(a, b, matches, camera_, patches_,
-                      {options_.two_view.min_sigma_px, turn_sigma_rad_s});
+  std::vector<PixelPair> pairs = DetectedPairs(a, b, matches);
+  const double turn_sigma_rad_s =
+      std::max(options_.turn_sigma_rad_s,
+               options_.turn_sigma_of_rate * PictureRateRadS(a, b, pairs, camera_));
+  MeasurePairs(a, b, matches, camera_, patches_, {options_.two_view.min_sigma_px, turn_sigma_rad_s},
+               &pairs);
+  return pairs;
 }
 
 /// A pair gives way to another alone: frames that match nothing may be a burst of blur, which it

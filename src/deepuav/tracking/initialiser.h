@@ -39,7 +39,10 @@ struct InitialiserOptions {
   double third_parallax_ratio =
       0.3;  ///< The third view's baseline to the second, over that of the first two.
   double turn_sigma_rad_s = 0.5;  ///< Of how a camera with a rolling shutter turns while it reads
-                                  ///< an image, where no gyroscope tells.
+                                  ///< an image, where no gyroscope tells, at least.
+  /// That turn, over the rate at which the picture moves from one frame to the other: a camera that
+  /// shakes faster than its images come turns more quickly than they show.
+  double turn_sigma_of_rate = 5;
   /// A drone that looks ahead sees most things too far away for any parallax: points whose distance
   /// is known decide, not the median.
   TwoViewOptions two_view{.min_parallax_deg = 0,
@@ -84,8 +87,11 @@ struct InitialiserOptions {
           "least baseline of the third view over that of the first two", Between(0, 100));
     visit("turn_sigma_rad_s", turn_sigma_rad_s, "rad/s",
           "standard deviation of how a camera with a rolling shutter turns while it reads an "
-          "image, where no gyroscope tells",
+          "image, where no gyroscope tells, at least",
           Between(0, 100));
+    visit("turn_sigma_of_rate", turn_sigma_of_rate, "",
+          "that standard deviation over the rate at which the picture moves between two frames",
+          Between(0, 1000));
     visit.Part("two_view", two_view);
     visit.Part("absolute_pose", absolute_pose);
   }

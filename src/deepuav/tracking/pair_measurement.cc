@@ -71,22 +71,21 @@ std::vector<PixelPair> DetectedPairs(const Frame& a, const Frame& b,
   return pairs;
 }
 
-std::vector<PixelPair> MeasurePairs(const Frame& a, const Frame& b,
-                                    const std::vector<Match>& matches, const Camera& camera,
-                                    const PatchOptions& options, const PairNoise& noise) {
-  std::vector<PixelPair> pairs = DetectedPairs(a, b, matches);
+void MeasurePairs(const Frame& a, const Frame& b, const std::vector<Match>& matches,
+                  const Camera& camera, const PatchOptions& options, const PairNoise& noise,
+                  std::vector<PixelPair>* pairs) {
   if (options.enabled && a.image && b.image)
-    MeasureAll(a, b, matches, camera, options, noise.detected_sigma_px, &pairs);
-  if (camera.readout_s == 0) return pairs;
+    MeasureAll(a, b, matches, camera, options, noise.detected_sigma_px, pairs);
+  if (camera.readout_s == 0) return;
   for (size_t i = 0; i < matches.size(); ++i) {
     // The noise is that of one pixel relative to the other, half of it either's.
     const double unknown_px =
         std::hypot(UnknownTurnPx(a, matches[i].a, camera, noise.turn_sigma_rad_s),
                    UnknownTurnPx(b, matches[i].b, camera, noise.turn_sigma_rad_s)) /
         std::numbers::sqrt2;
-    pairs[i].noise_ratio = std::hypot(pairs[i].noise_ratio, unknown_px / noise.detected_sigma_px);
+    PixelPair& pair = (*pairs)[i];
+    pair.noise_ratio = std::hypot(pair.noise_ratio, unknown_px / noise.detected_sigma_px);
   }
-  return pairs;
 }
 
 }  // namespace deepuav

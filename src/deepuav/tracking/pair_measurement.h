@@ -21,11 +21,12 @@ struct PairNoise {
   double turn_sigma_rad_s = 0;
 };
 
-/// Where `b` shows what `a` shows at its key points, one pair a match: by patches, warped as the
-/// matches around change from one frame to the other, as no pose is known. A match whose patches do
-/// not tell, and all of frames whose images are not kept, stay where the detector saw them.
-std::vector<PixelPair> MeasurePairs(const Frame& a, const Frame& b,
-                                    const std::vector<Match>& matches, const Camera& camera,
-                                    const PatchOptions& options, const PairNoise& noise);
+/// Moves the detected `pairs`, one a match, to where `b` shows what `a` shows at its key points: by
+/// patches, warped as the matches around change from one frame to the other, as no pose is known. A
+/// match whose patches do not tell, and all of frames whose images are not kept, stay where the
+/// detector saw them.
+void MeasurePairs(const Frame& a, const Frame& b, const std::vector<Match>& matches,
+                  const Camera& camera, const PatchOptions& options, const PairNoise& noise,
+                  std::vector<PixelPair>* pairs);
 
 }  // namespace deepuav

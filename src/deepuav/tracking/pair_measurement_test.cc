@@ -50,7 +50,9 @@ class MeasurePairsTest : public ::testing::Test {
   }
 
   std::vector<PixelPair> Measured(const PatchOptions& options = {}) const {
-    return MeasurePairs(a_, b_, matches_, camera_, options, {kDetectorSigmaPx, turn_sigma_rad_s_});
+    std::vector<PixelPair> pairs = DetectedPairs(a_, b_, matches_);
+    MeasurePairs(a_, b_, matches_, camera_, options, {kDetectorSigmaPx, turn_sigma_rad_s_}, &pairs);
+    return pairs;
   }
 
   /// How far b's pixel is from what shows there where a's pixel shows it.
