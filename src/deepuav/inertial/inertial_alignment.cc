@@ -66,20 +66,6 @@ std::vector<double> ScaleWeights(const Trajectory& path) {
   return weights;
 }
 
-Sim3 LevelFromWorld(const SE3& first_world_from_cam, const Eigen::Vector3d& down, double scale) {
-  const Eigen::Vector3d up = -down.normalized();
-  const Eigen::Matrix3d axes = first_world_from_cam.RotationMatrix();
-  const Eigen::Vector3d ahead = axes.col(2), upper_edge = -axes.col(1);
-  const Eigen::Vector3d forward = std::abs(ahead.dot(up)) < kSteep ? ahead : upper_edge;
-  const Eigen::Vector3d x = (forward - forward.dot(up) * up).normalized();
-  Eigen::Matrix3d level_from_world;
-  level_from_world.row(0) = x;
-  level_from_world.row(1) = up.cross(x);
-  level_from_world.row(2) = up;
-  const Eigen::Quaterniond rotation(level_from_world);
-  return {scale, rotation, -scale * (rotation * first_world_from_cam.translation())};
-}
-
 std::vector<MotionState> MotionsIn(const Sim3& level_from_world, const InertialProblem& problem,
                                    const std::vector<InertialState>& states) {
   std::vector<MotionState> motions;
@@ -122,7 +108,7 @@ InertialAlignment Summarise(const InertialProblem& problem, const TimedPose& fir
   found.position_residual_m = scale * std::sqrt(position_variance);
   found.duration_s = LinkedSeconds(problem);
   found.cam_from_imu = problem.cam_from_imu;
-  found.level_from_world = LevelFromWorld(first.world_from_cam, down, scale);
+  found.level_from_world = LevelByFirstCamera(first.world_from_cam, -down.normalized(), scale);
   found.motions = MotionsIn(found.level_from_world, problem, states);
   return found;
 }
@@ -198,6 +184,20 @@ InertialAttempt Align(const TimedPose& first, InertialProblem problem, double mo
 }
 
 }  // namespace
+
+Sim3 LevelByFirstCamera(const SE3& first_world_from_cam, const Eigen::Vector3d& up_world,
+                        double scale) {
+  const Eigen::Matrix3d axes = first_world_from_cam.RotationMatrix();
+  const Eigen::Vector3d ahead = axes.col(2), upper_edge = -axes.col(1);
+  const Eigen::Vector3d forward = std::abs(ahead.dot(up_world)) < kSteep ? ahead : upper_edge;
+  const Eigen::Vector3d x = (forward - forward.dot(up_world) * up_world).normalized();
+  Eigen::Matrix3d level_from_world;
+  level_from_world.row(0) = x;
+  level_from_world.row(1) = up_world.cross(x);
+  level_from_world.row(2) = up_world;
+  const Eigen::Quaterniond rotation(level_from_world);
+  return {scale, rotation, -scale * (rotation * first_world_from_cam.translation())};
+}
 
 InertialAttempt AlignInertially(const Trajectory& path, const ImuStream& imu,
                                 const InertialOptions& options, const std::function<bool()>& stop) {

@@ -33,6 +33,11 @@ struct InertialAlignment {
   std::vector<MotionState> motions;  ///< At poses of the path, by time, in the level world.
 };
 
+/// The level world of an alignment: z along `up_world`, metres of which the world's unit has
+/// `scale`, the first camera at the origin and looking along x, as above.
+Sim3 LevelByFirstCamera(const SE3& first_world_from_cam, const Eigen::Vector3d& up_world,
+                        double scale);
+
 struct InertialAttempt {
   std::optional<InertialAlignment> found;
   std::string reason;  ///< Why nothing was found, for a person.

@@ -11,12 +11,10 @@ namespace {
 /// from what was told.
 constexpr double kSurer = 2, kContradiction = 3;
 
-/// The turn that leads up to z, and no further.
-Sim3 WithoutHeading(const Sim3& level_from_world) {
+/// A map's world starts as its first camera.
+Sim3 LevelWorld(const Sim3& level_from_world) {
   const Eigen::Vector3d up = level_from_world.rotation().conjugate() * Eigen::Vector3d::UnitZ();
-  return {level_from_world.scale(),
-          Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()),
-          Eigen::Vector3d::Zero()};
+  return LevelByFirstCamera(SE3(), up, level_from_world.scale());
 }
 
 /// What clocks may be apart: the path may need samples so far beyond its ends.
@@ -63,8 +61,8 @@ std::optional<MetricWorld> RunningAlignment::Add(const TimedPose& pose) {
   refusal_ = attempt.reason;
   if (!attempt.found) return std::nullopt;
   wait_s_ = std::min(2 * wait_s_, options_.running_window_s);
-  const MetricWorld found{WithoutHeading(attempt.found->level_from_world),
-                          attempt.found->scale_sigma, attempt.found->tilt_sigma_rad};
+  const MetricWorld found{LevelWorld(attempt.found->level_from_world), attempt.found->scale_sigma,
+                          attempt.found->tilt_sigma_rad};
   if (!IsNews(found)) return std::nullopt;
   told_ = found;
   return told_;

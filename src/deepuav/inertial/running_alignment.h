@@ -9,7 +9,7 @@
 namespace deepuav {
 
 /// What a map's world is in metres, z up, while it still grows. The map's own origin is the
-/// origin, and its heading stays.
+/// origin, and the camera that was there looks along x (InertialAlignment::level_from_world).
 struct MetricWorld {
   Sim3 metric_from_world;
   double scale_sigma = 0;  ///< As a share of the scale.

@@ -54,6 +54,9 @@ TEST(RunningAlignment, TellsScaleAndLevelWithinSecondsAndKeepsToIt) {
     const Eigen::Vector3d up = world.metric_from_world.rotation() *
                                (kWorldFromLevel.rotation() * Eigen::Vector3d::UnitZ());
     EXPECT_LT(up.head<2>().norm(), 0.01);
+    // The world's first camera looks nearly straight up.
+    const Eigen::Vector3d edge = world.metric_from_world.rotation() * -Eigen::Vector3d::UnitY();
+    EXPECT_NEAR(std::atan2(edge.y(), edge.x()), 0, 1e-9);
     EXPECT_EQ(world.metric_from_world.translation(), Eigen::Vector3d::Zero());
   }
 }
