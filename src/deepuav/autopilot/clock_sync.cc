@@ -9,6 +9,10 @@ namespace {
 constexpr size_t kMostOpen = 16, kLatest = 8;
 constexpr int64_t kMillisecond = 1'000'000;
 constexpr int64_t kMostDelay = 200 * kMillisecond;
+/// An answer may have come half of its delay earlier or later than it seems: a slow one is enough
+/// only where no faster one comes.
+constexpr int64_t kSureDelay = 20 * kMillisecond;
+constexpr size_t kEnoughSlow = 5;
 constexpr int64_t kContradiction = 100 * kMillisecond;  // An autopilot that began anew.
 constexpr int kSureContradictions = 3;
 constexpr double kMostSlew = 1e-3;                // Seconds a second.
@@ -40,6 +44,7 @@ void ClockSync::Answer(int64_t autopilot_ns, int64_t mark_ns, int64_t now_ns) {
   const auto best =
       std::min_element(samples_.begin(), samples_.end(),
                        [](const Sample& a, const Sample& b) { return a.delay_ns < b.delay_ns; });
+  if (!is_known_ && best->delay_ns > kSureDelay && samples_.size() < kEnoughSlow) return;
   Approach(best->offset_ns, now_ns);
 }
 

@@ -40,6 +40,26 @@ TEST(ClockSync, LeavesAsideWhatAnswersNothing) {
   EXPECT_EQ(clock.TimeOf(now), time);
 }
 
+TEST(ClockSync, WaitsForAFasterAnswerThanASlowFirstOne) {
+  constexpr int64_t kOffset = 500 * kSecond;
+  int64_t now = 1000 * kSecond;
+  ClockSync clock, slow;
+  const auto answer = [&now](int64_t out, ClockSync* of) {
+    now += 100 * kMs;
+    of->Answer(now + out + kOffset, of->Ask(now), now + out);
+  };
+  answer(180 * kMs, &clock);
+  EXPECT_FALSE(clock.is_known());
+  answer(2 * kMs, &clock);
+  ASSERT_TRUE(clock.is_known());
+  EXPECT_EQ(clock.TimeOf(now), now + kOffset + kMs);
+  for (const int64_t out : {190, 150, 180, 170}) answer(out * kMs, &slow);
+  EXPECT_FALSE(slow.is_known());
+  answer(195 * kMs, &slow);
+  ASSERT_TRUE(slow.is_known()) << "no faster one comes";
+  EXPECT_EQ(slow.TimeOf(now), now + kOffset + 75 * kMs);
+}
+
 TEST(ClockSync, FollowsAnAutopilotThatBeginsAnewAndNoSingleOutlier) {
   ClockSync clock;
   int64_t now = 1000 * kSecond;
