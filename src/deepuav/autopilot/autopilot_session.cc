@@ -5,6 +5,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/sensors/geodesy.h"
 
 namespace deepuav {
 namespace {
@@ -15,6 +16,7 @@ constexpr double kQuestionEvery = 1, kFirstQuestionEvery = 0.1;
 constexpr int64_t kSettled = kSecond / 2;  // A state is told of once it has lasted so long.
 constexpr int64_t kAway = 5 * kSecond;     // An autopilot that was silent for so long began anew.
 constexpr int kMostAnswersPerSecond = 100, kOriginTries = 5;
+constexpr double kSameOrigin_m = 1;   // Altitudes are rounded on the way, and by some cut off.
 constexpr int64_t kStep = 1'000'000;  // Microseconds: then it is another clock.
 
 const char* TextOf(OdometryEstimator::Silence why) {
@@ -99,11 +101,22 @@ void AutopilotSession::TellOrigin(const std::optional<GeoPoint>& origin, int64_t
   if (!IsSame(origin, origin_)) {
     origin_ = origin;
     origin_tries_ = origin ? kOriginTries : 0;
+    warned_of_origin_ = false;
   }
   if (origin_tries_ == 0 || !IsDue(kOriginEvery, now_ns, &origin_ns_)) return;
   --origin_tries_;
   const auto time_us = static_cast<uint64_t>(std::max<int64_t>(clock_.TimeOf(now_ns) / 1000, 0));
   due->push_back(writer_.GlobalOrigin(*origin_, autopilot_system_, time_us));
+}
+
+void AutopilotSession::HearOrigin(const GeoPoint& origin, std::vector<std::string>* answers) {
+  origin_tries_ = 0;
+  if (!origin_) return;
+  const double apart_m = LocalFromGeo(*origin_, origin).norm();
+  if (apart_m < kSameOrigin_m || std::exchange(warned_of_origin_, true)) return;
+  const std::string text = fmt::format("SLAM: your origin is {:.0f} m off the map's", apart_m);
+  answers->push_back(writer_.StatusText(text, true));
+  Log().warn("autopilot: {}: positions are told from the map's", text);
 }
 
 std::vector<std::string> AutopilotSession::Due(const OdometryEstimator::Answer& answer,
@@ -171,7 +184,7 @@ std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64
     answers.push_back(writer_.Timesync(clock_.TimeOf(now_ns), mark_ns));
   };
   MavlinkListener listener{[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
-                           [&] { origin_tries_ = 0; }};
+                           [&](const GeoPoint& origin) { HearOrigin(origin, &answers); }};
   if (options_.imu.wanted)
     listener.inertial = [&](const InertialMessage& message) { TakeInertial(message, now_ns); };
   ReadMavlink(datagram, listener);

@@ -190,18 +190,24 @@ TEST_F(AutopilotSessionTest, TheOriginIsToldUntilItIsHeard) {
   EXPECT_EQ(origin.latitude, 471234568);
   EXPECT_EQ(origin.longitude, -85000000);
   EXPECT_EQ(origin.altitude, 432100);
-  mavlink_status_t status = {};
-  mavlink_message_t heard = {};
-  const mavlink_gps_global_origin_t echo = {};
-  mavlink_msg_gps_global_origin_encode_status(kVehicle, MAV_COMP_ID_AUTOPILOT1, &status, &heard,
-                                              &echo);
-  session_->Hear(Bytes(heard), now_);
+  EXPECT_TRUE(session_->Hear(OriginFrom(kVehicle, 471234568, -85000000, 432100), now_).empty());
   EXPECT_TRUE(Of(Run(5), MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN).empty());
   // An autopilot that began anew does not know it.
   session_->Hear(HeartbeatFrom(MAV_COMP_ID_AUTOPILOT1, MAV_AUTOPILOT_PX4), now_);
   const auto again = Of(Run(10), MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN);
   ASSERT_EQ(again.size(), 5);
   EXPECT_EQ(mavlink_msg_set_gps_global_origin_get_target_system(&again[0]), kVehicle);
+}
+
+TEST_F(AutopilotSessionTest, AnOriginOfTheAutopilotsOwnIsTold) {
+  origin_ = GeoPoint{47.123456789, -8.5, 432.1};
+  ASSERT_EQ(Of(Run(1), MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN).size(), 1);
+  const std::string other = OriginFrom(kVehicle, 471244568, -85000000, 432100);
+  const auto told = Of(Decoded(session_->Hear(other, now_)), MAVLINK_MSG_ID_STATUSTEXT);
+  ASSERT_EQ(told.size(), 1);
+  EXPECT_EQ(Text(told[0]), "SLAM: your origin is 111 m off the map's");
+  EXPECT_TRUE(Of(Run(5), MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN).empty()) << "it keeps its own";
+  EXPECT_TRUE(session_->Hear(other, now_).empty()) << "once";
 }
 
 TEST_F(AutopilotSessionTest, AnAutopilotThatComesHearsTheState) {

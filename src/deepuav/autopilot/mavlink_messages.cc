@@ -11,6 +11,7 @@ namespace {
 
 constexpr uint8_t kComponent = MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY;
 constexpr int kMostMessages = 64;  // In one datagram.
+constexpr double kDegreeParts = 1e7, kMillimetres = 1e3;
 
 /// The upper right triangle by rows.
 void PackCovariance(const Matrix6d& covariance, float* packed) {
@@ -102,7 +103,6 @@ std::string MavlinkWriter::StatusText(std::string_view text, bool is_warning) {
 
 std::string MavlinkWriter::GlobalOrigin(const GeoPoint& origin, int target_system,
                                         uint64_t time_us) {
-  constexpr double kDegreeParts = 1e7, kMillimetres = 1e3;
   mavlink_set_gps_global_origin_t packed = {};
   packed.latitude = static_cast<int32_t>(std::lround(kDegreeParts * origin.latitude_deg));
   packed.longitude = static_cast<int32_t>(std::lround(kDegreeParts * origin.longitude_deg));
@@ -131,6 +131,13 @@ std::string MavlinkWriter::RequestMessage(RequestedMessage message, int target_s
 }
 
 namespace {
+
+GeoPoint OriginOf(const mavlink_message_t& message) {
+  mavlink_gps_global_origin_t origin;
+  mavlink_msg_gps_global_origin_decode(&message, &origin);
+  return {origin.latitude / kDegreeParts, origin.longitude / kDegreeParts,
+          origin.altitude / kMillimetres};
+}
 
 InertialMessage HighresOf(const mavlink_message_t& message) {
   constexpr uint16_t kAllSix = 0x3f;  // Of accelerometer and gyroscope.
@@ -173,7 +180,7 @@ void Tell(const mavlink_message_t& message, const MavlinkListener& listener) {
                         mavlink_msg_timesync_get_ts1(&message));
       break;
     case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
-      listener.global_origin();
+      listener.global_origin(OriginOf(message));
       break;
     case MAVLINK_MSG_ID_HIGHRES_IMU:
       if (listener.inertial) listener.inertial(HighresOf(message));

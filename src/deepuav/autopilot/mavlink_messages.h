@@ -50,7 +50,7 @@ struct InertialMessage {
 struct MavlinkListener {
   std::function<void(int system_id)> heartbeat;  ///< Of an autopilot.
   std::function<void(int64_t clock_ns, int64_t mark_ns)> timesync;
-  std::function<void()> global_origin;
+  std::function<void(const GeoPoint& origin)> global_origin;
   std::function<void(const InertialMessage& message)> inertial = {};  ///< May be none.
 };
 

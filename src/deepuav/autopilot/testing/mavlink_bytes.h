@@ -54,4 +54,15 @@ inline std::string HeartbeatFrom(uint8_t system, uint8_t component, uint8_t auto
   return Bytes(message);
 }
 
+/// As an autopilot tells its origin: degrees in parts of 1e-7, millimetres.
+inline std::string OriginFrom(uint8_t system, int32_t latitude, int32_t longitude,
+                              int32_t altitude_mm) {
+  mavlink_status_t status = {};
+  mavlink_message_t message = {};
+  const mavlink_gps_global_origin_t origin = {latitude, longitude, altitude_mm, 0};
+  mavlink_msg_gps_global_origin_encode_status(system, MAV_COMP_ID_AUTOPILOT1, &status, &message,
+                                              &origin);
+  return Bytes(message);
+}
+
 }  // namespace deepuav
