@@ -1,7 +1,9 @@
 #include "deepuav/autopilot/autopilot_observer.h"
 
 #include <cmath>
+#include <limits>
 #include <ranges>
+#include <utility>
 
 namespace deepuav {
 namespace {
@@ -22,8 +24,23 @@ void AutopilotObserver::Arrived(Timestamp time, const Stopwatch& since_arrival) 
 void AutopilotObserver::UseMetric(MapId map, int64_t revision,
                                   const std::optional<MetricFromMap>& metric) {
   const std::scoped_lock lock(mutex_);
-  metrics_.push_back({map, revision, metric});
+  Keep({map, revision, metric});
+}
+
+void AutopilotObserver::Keep(MetricSince since) {
+  metrics_.push_back(std::move(since));
   if (metrics_.size() > kMostMetrics) metrics_.pop_front();
+}
+
+void AutopilotObserver::OnMap(const MapEvent& event) {
+  if (event.change != MapChange::kMerged) return;
+  constexpr int64_t kNewest = std::numeric_limits<int64_t>::max();
+  const std::scoped_lock lock(mutex_);
+  if (MetricIn(event.into, kNewest)) return;
+  std::optional<MetricFromMap> metric = MetricIn(event.map, kNewest);
+  if (!metric) return;
+  metric->metric_from_map = metric->metric_from_map * event.into_from_map.Inverse();
+  Keep({event.into, event.revision, metric});
 }
 
 std::optional<MetricFromMap> AutopilotObserver::MetricIn(MapId map, int64_t revision) const {

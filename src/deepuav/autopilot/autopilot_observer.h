@@ -27,7 +27,8 @@ class AutopilotObserver : public RunObserver {
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
-  void OnMap(const MapEvent& /*event*/) override {}
+  /// What others know of a map goes over into the one that it becomes part of.
+  void OnMap(const MapEvent& event) override;
   void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
     // A free one says nothing against what others know of the map.
     if (const auto metric = MetricOf(gauge)) UseMetric(map, revision, metric);
@@ -40,6 +41,7 @@ class AutopilotObserver : public RunObserver {
     std::optional<MetricFromMap> metric;
   };
   std::optional<MetricFromMap> MetricIn(MapId map, int64_t revision) const;
+  void Keep(MetricSince since);
 
   mutable std::mutex mutex_;
   OdometryEstimator estimator_;

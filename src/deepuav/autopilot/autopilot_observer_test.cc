@@ -137,6 +137,40 @@ TEST(AutopilotObserver, TheMetricIsThatOfTheFramesRevision) {
   EXPECT_TRUE(origin_in(9).origin);
 }
 
+TEST(AutopilotObserver, MetresOutlastAMerger) {
+  const Sim3 old_from_young(0.5, RotationExp({0.1, 0.2, 0.3}), {1, 2, 3});
+  const SE3 cam_from_young(RotationExp({0.3, -0.1, 0.2}), {0.4, 0.5, 0.6});
+  const MapId old{0}, young{1};
+  AutopilotObserver autopilot(Estimator());
+  MetricFromMap metric;
+  metric.metric_from_map = Sim3(4, RotationExp({1, 0, 0}), {0, 0, 7});
+  metric.scale_sigma = 0.01;
+  autopilot.UseMetric(young, 5, metric);
+  const auto place_in = [&](MapId map, int64_t revision, const SE3& cam_from_map) {
+    constexpr int64_t kInterval = 50'000'000;
+    for (int i = 0; i < 2; ++i) {
+      FrameRecord record;
+      record.map = map;
+      record.map_revision = revision;
+      record.cam_from_world = cam_from_map;
+      record.time = Timestamp{SteadyNow() + kInterval * i};
+      autopilot.OnFrame(record, Frame{});
+    }
+    return autopilot.At(SteadyNow());
+  };
+  EXPECT_EQ(place_in(old, 8, {}).why, OdometryEstimator::Silence::kNoScale);
+  autopilot.OnMap({MapChange::kMerged, young, old, old_from_young, 9});
+  autopilot.OnGauge(old, 9, {});
+  EXPECT_EQ(place_in(old, 8, {}).why, OdometryEstimator::Silence::kNoScale) << "a frame before it";
+  const auto before = place_in(young, 5, cam_from_young);
+  const auto after = place_in(old, 9, old_from_young.MovePose(cam_from_young));
+  ASSERT_TRUE(before.odometry && after.odometry);
+  EXPECT_LT((before.odometry->local_from_body.translation() -
+             after.odometry->local_from_body.translation())
+                .norm(),
+            1e-6);
+}
+
 TEST(AutopilotObserver, BringsSamplesAmongTheImages) {
   constexpr int64_t kSecond = 1'000'000'000, kImage = 5 * kSecond;
   constexpr int64_t kRounding = 10;  // Times pass through seconds in floating point.

@@ -1,10 +1,24 @@
 #include "deepuav/system/back_end.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "deepuav/base/logging.h"
 
 namespace deepuav {
+namespace {
+
+/// The younger map becomes part of the older one, whichever of them was corrected.
+MapEvent MergerOf(const MapCorrection& correction) {
+  MapEvent event{MapChange::kMerged, correction.map, correction.into, correction.into_from_map};
+  if (event.map < event.into) {
+    std::swap(event.map, event.into);
+    event.into_from_map = correction.into_from_map.Inverse();
+  }
+  return event;
+}
+
+}  // namespace
 
 BackEnd::BackEnd(Atlas* atlas, Mapper* mapper, PlaceMemory* places, LoopCloser* loop_closer,
                  TurnedDescriber* turned, int adjustment_delay_keyframes, StageListener* stages)
@@ -24,7 +38,7 @@ void BackEnd::AdjustBeside(bool as_soon_as_ready) {
 LocalMapPtr BackEnd::StartMap(const InitialMapRequest& request) {
   LocalMapPtr local_map = mapper_->StartMap(request);
   if (!local_map) return local_map;
-  TellOfMap(MapChange::kStarted, local_map->map, local_map->map);
+  TellOfMap({MapChange::kStarted, local_map->map, local_map->map});
   atlas_->At(local_map->map).keyframes().ForEach([&](const Keyframe& keyframe) {
     TellOfKeyframe(keyframe, local_map->map);
   });
@@ -40,12 +54,14 @@ void BackEnd::TellOfKeyframe(const Keyframe& keyframe, MapId map) const {
   if (observer_) observer_->OnKeyframe(EventOf(keyframe, atlas_->At(map)));
 }
 
-void BackEnd::TellOfMap(MapChange change, MapId map, MapId into) const {
+void BackEnd::TellOfMap(MapEvent event) const {
   if (!observer_) return;
-  observer_->OnMap({change, map, into});
-  if (change == MapChange::kMerged)
-    observer_->OnGauge(atlas_->Current(into), atlas_->At(into).revision(), atlas_->GaugeOf(into));
-  if (change != MapChange::kStarted) observer_->OnMapState(atlas_->At(into));
+  const Map& map = atlas_->At(event.into);
+  event.revision = map.revision();
+  observer_->OnMap(event);
+  if (event.change == MapChange::kMerged)
+    observer_->OnGauge(event.into, event.revision, atlas_->GaugeOf(event.into));
+  if (event.change != MapChange::kStarted) observer_->OnMapState(map);
 }
 
 void BackEnd::StartAdjustment(MapId map) {
@@ -64,8 +80,8 @@ void BackEnd::ApplyAdjustment() {
   const std::unique_ptr<PendingAdjustment> finished = std::move(adjustment_);
   const GlobalAdjustment& adjustment = finished->Get();
   adjustment.Apply(&atlas_->At(adjustment.map()));
-  TellOfMap(MapChange::kAdjusted, atlas_->Current(adjustment.map()),
-            atlas_->Current(adjustment.map()));
+  const MapId map = atlas_->Current(adjustment.map());
+  TellOfMap({MapChange::kAdjusted, map, map});
 }
 
 /// An adjustment of a map that is corrected knows nothing of the correction and is given up.
@@ -119,21 +135,22 @@ std::optional<MapCorrection> BackEnd::FindLoop(const Newest& newest) {
 
 void BackEnd::Correct(const MapCorrection& correction) {
   const LoopTie& tie = correction.ties.back();
+  const MapId whole = std::min(correction.map, correction.into);
+  MapEvent event{MapChange::kLoopClosed, whole, whole};
   if (correction.merges()) {
-    const auto [older, younger] = std::minmax(correction.map, correction.into);
-    Log().info("map {} joins map {}: keyframe {} is at keyframe {}", younger.value, older.value,
+    event = MergerOf(correction);
+    Log().info("map {} joins map {}: keyframe {} is at keyframe {}", event.map.value, whole.value,
                tie.keyframe.value, tie.place.value);
     ++merged_maps_;
   } else {
-    Log().info("loop closed in map {}: keyframe {} is at keyframe {}", correction.map.value,
+    Log().info("loop closed in map {}: keyframe {} is at keyframe {}", whole.value,
                tie.keyframe.value, tie.place.value);
     ++closed_loops_;
   }
   SettleAdjustmentBefore(correction);
   mapper_->Apply(correction);
-  TellOfMap(correction.merges() ? MapChange::kMerged : MapChange::kLoopClosed, correction.map,
-            correction.into);
-  StartAdjustment(correction.into);
+  TellOfMap(std::move(event));
+  StartAdjustment(whole);
 }
 
 }  // namespace deepuav

@@ -63,7 +63,7 @@ class BackEnd {
   void FinishAdjustment();
   void ApplyAdjustment();
   void TellOfKeyframe(const Keyframe& keyframe, MapId map) const;
-  void TellOfMap(MapChange change, MapId map, MapId into) const;
+  void TellOfMap(MapEvent event) const;
   void SettleAdjustmentBefore(const MapCorrection& correction);
 
   Atlas* atlas_;

@@ -35,9 +35,11 @@ class FailingMatcher : public Matcher {
 /// A place that is known, and a flight in a map of its own that is just passing it.
 class BackEndTest : public testing::Test {
  protected:
-  BackEndTest() {
-    place_ = made_.Add(made_.AddMap(), FlightAlongStrip(0, 8));
+  explicit BackEndTest(bool place_is_older = true) {
+    const auto add_place = [this] { place_ = made_.Add(made_.AddMap(), FlightAlongStrip(0, 8)); };
+    if (place_is_older) add_place();
     flight_ = made_.Add(made_.AddMap(), FlightAlongStrip(1, 3, 0.5, 1), map_from_world_);
+    if (!place_is_older) add_place();
     vocabulary_.emplace(VocabularyOf(made_.views));
     places_.emplace(&*vocabulary_, RecogniserOptions{});
     closer_.emplace(world_.camera(), LoopingOptions{}, LocatorOptions{}, &*places_,
@@ -110,6 +112,57 @@ TEST_P(BackEndOnLaneTest, JoinsMapsWhileTheTrackerGoesOnUnderTheOldName) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lanes, BackEndOnLaneTest, testing::Bool());
+
+/// The merger that it is told of.
+class MergerRecorder : public RunObserver {
+ public:
+  void OnFrame(const FrameRecord& /*record*/, const Frame& /*frame*/) override {}
+  void OnKeyframe(KeyframeEvent /*event*/) override {}
+  void OnMap(const MapEvent& event) override {
+    if (event.change == MapChange::kMerged) mergers.push_back(event);
+  }
+
+  std::vector<MapEvent> mergers;
+};
+
+void ExpectNear(const Sim3& found, const Sim3& expected) {
+  const Sim3 between = found * expected.Inverse();
+  EXPECT_NEAR(between.scale(), 1, 0.02);
+  EXPECT_LT(Eigen::AngleAxisd(between.rotation()).angle(), 0.02);
+  EXPECT_LT(between.translation().norm(), 0.5);
+}
+
+class OlderFlightTest : public BackEndTest {
+ protected:
+  OlderFlightTest() : BackEndTest(false) {}
+};
+
+TEST_F(BackEndTest, TellsThatTheYoungerMapBecamePartOfTheOlder) {
+  BackEnd back_end = MakeBackEnd();
+  MergerRecorder recorder;
+  back_end.Observe(&recorder);
+  SequentialLane lane(&back_end);
+  for (const double x : {3.5, 4.5, 5.5}) lane.Submit(Request(x));
+  ASSERT_EQ(recorder.mergers.size(), 1);
+  const MapEvent& merger = recorder.mergers[0];
+  EXPECT_EQ(merger.map, flight_.map);
+  EXPECT_EQ(merger.into, place_.map);
+  ExpectNear(merger.into_from_map, map_from_world_.Inverse());
+  EXPECT_GT(merger.revision, 0);
+}
+
+TEST_F(OlderFlightTest, TellsItWhereTheCameraIsInTheOlderOne) {
+  BackEnd back_end = MakeBackEnd();
+  MergerRecorder recorder;
+  back_end.Observe(&recorder);
+  SequentialLane lane(&back_end);
+  for (const double x : {3.5, 4.5, 5.5}) lane.Submit(Request(x));
+  ASSERT_EQ(recorder.mergers.size(), 1);
+  const MapEvent& merger = recorder.mergers[0];
+  EXPECT_EQ(merger.map, place_.map);
+  EXPECT_EQ(merger.into, flight_.map);
+  ExpectNear(merger.into_from_map, map_from_world_);
+}
 
 TEST_F(BackEndTest, WhatClosingLoopsThrowsReachesTheCallerOfAThreadedLane) {
   matcher_.fails = true;

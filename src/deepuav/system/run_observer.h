@@ -6,6 +6,7 @@
 
 #include "deepuav/base/ids.h"
 #include "deepuav/geometry/se3.h"
+#include "deepuav/geometry/sim3.h"
 #include "deepuav/map/gauge.h"
 #include "deepuav/map/map.h"
 #include "deepuav/system/frame_record.h"
@@ -32,7 +33,9 @@ enum class MapChange {
 struct MapEvent {
   MapChange change = MapChange::kStarted;
   MapId map;
-  MapId into;  ///< Of kMerged; else `map`.
+  MapId into;               ///< Of kMerged; else `map`.
+  Sim3 into_from_map = {};  ///< Of kMerged: from the world of `map` to that of `into`.
+  int64_t revision = 0;     ///< Of `into` from then on (Map::revision).
 };
 
 /// A map of photographs that are made one all at once, while it grows: in a world of its own, which
