@@ -1,7 +1,7 @@
 #include "arguments/autopilot_arguments.h"
 
 #include "deepuav/assembly/wrong_use.h"
-#include "deepuav/autopilot/constant_velocity.h"
+#include "deepuav/autopilot/inertial_prediction.h"
 #include "deepuav/autopilot/mount.h"
 #include "deepuav/base/error.h"
 
@@ -57,7 +57,7 @@ std::unique_ptr<MetricWatch> WatchMetric(std::optional<ImuStream> imu,
 }
 
 OdometryEstimator EstimatorFor(const SE3& body_from_cam) {
-  return {body_from_cam, OdometryOptions{}, std::make_unique<ConstantVelocity>()};
+  return {body_from_cam, OdometryOptions{}, std::make_unique<InertialPrediction>()};
 }
 
 }  // namespace
@@ -109,6 +109,7 @@ AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3&
           [this](const ImuSample& sample) { Take(sample); }) {}
 
 void AutopilotTeller::Take(const ImuSample& sample) {
+  observer_.AddInertial(sample);
   const std::optional<ImuSample> among_images = observer_.AmongImages(sample);
   if (!among_images) return;
   live_->FeedImu(*among_images);

@@ -72,6 +72,11 @@ std::optional<ImuSample> AutopilotObserver::AmongImages(ImuSample sample) {
   return sample;
 }
 
+void AutopilotObserver::AddInertial(const ImuSample& sample) {
+  const std::scoped_lock lock(mutex_);
+  estimator_.AddInertial(sample);
+}
+
 OdometryEstimator::Answer AutopilotObserver::At(int64_t time_ns) {
   const std::scoped_lock lock(mutex_);
   return estimator_.At(time_ns);

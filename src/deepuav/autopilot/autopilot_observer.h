@@ -21,6 +21,8 @@ class AutopilotObserver : public RunObserver {
   /// From this revision of the map on; nothing: it has no scale.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
   OdometryEstimator::Answer At(int64_t time_ns);
+  /// Of the body's sensor, on the machine's clock: to predict by.
+  void AddInertial(const ImuSample& sample);
   /// A sample on the machine's clock as one on the images', later than the one before; nothing
   /// before the first image, or where it is not.
   std::optional<ImuSample> AmongImages(ImuSample sample);

@@ -10,23 +10,6 @@ double SecondsFrom(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
 }
 
-double Squared(double value) { return value * value; }
-
-/// `linear` for three, `angular` for the other three.
-Matrix6d Diagonal(double linear, double angular) {
-  Vector6d diagonal;
-  diagonal << Eigen::Vector3d::Constant(linear), Eigen::Vector3d::Constant(angular);
-  return diagonal.asDiagonal();
-}
-
-/// From what was predicted to what was found: in the local axes, and about the body's.
-Vector6d Residual(const SE3& predicted, const SE3& found) {
-  Vector6d residual;
-  residual << found.translation() - predicted.translation(),
-      RotationLog(predicted.rotation().conjugate() * found.rotation());
-  return residual;
-}
-
 }  // namespace
 
 BodyMotion ConstantVelocity::Predicted(int64_t time_ns) const {
@@ -37,22 +20,12 @@ BodyMotion ConstantVelocity::Predicted(int64_t time_ns) const {
           motion_.local_from_body.translation() + dt_s * motion_.velocity_local);
   Matrix12d transition = Matrix12d::Identity();
   transition.topRightCorner<6, 6>() = dt_s * Matrix6d::Identity();
-  const Matrix6d density =
-      Diagonal(Squared(options_.acceleration_density), Squared(options_.turn_density));
+  const Matrix6d density = DiagonalOf(options_.acceleration_density, options_.turn_density);
   const double dt = std::abs(dt_s);
   Matrix12d noise;
   noise << dt * dt * dt / 3 * density, dt * dt / 2 * density, dt * dt / 2 * density, dt * density;
   motion.covariance = transition * motion_.covariance * transition.transpose() + noise;
   return motion;
-}
-
-Matrix6d ConstantVelocity::NoiseOf(const BodyPose& pose) const {
-  if (!pose.covariance_is_known) {
-    return Diagonal(Squared(options_.unknown_position_sigma_m),
-                    Squared(options_.unknown_rotation_sigma_rad));
-  }
-  return pose.covariance + Diagonal(Squared(options_.least_position_sigma_m),
-                                    Squared(options_.least_rotation_sigma_rad));
 }
 
 void ConstantVelocity::Begin(int64_t time_ns, const BodyPose& pose) {
@@ -61,17 +34,18 @@ void ConstantVelocity::Begin(int64_t time_ns, const BodyPose& pose) {
   motion_ = {};
   motion_.local_from_body = pose.local_from_body;
   motion_.covariance.setZero();
-  motion_.covariance.topLeftCorner<6, 6>() = NoiseOf(pose);
+  motion_.covariance.topLeftCorner<6, 6>() = NoiseOf(pose, options_.trust);
   motion_.covariance.bottomRightCorner<6, 6>() =
-      Diagonal(Squared(options_.velocity_sigma_m_s), Squared(options_.turn_rate_sigma_rad_s));
+      DiagonalOf(options_.velocity_sigma_m_s, options_.turn_rate_sigma_rad_s);
   motion_.covariance_is_known = pose.covariance_is_known;
 }
 
 bool ConstantVelocity::Expects(int64_t time_ns, const BodyPose& pose) const {
   if (poses_ < 2) return true;
   const BodyMotion motion = Predicted(time_ns);
-  const Vector6d residual = Residual(motion.local_from_body, pose.local_from_body);
-  const Matrix6d covariance = motion.covariance.topLeftCorner<6, 6>() + NoiseOf(pose);
+  const Vector6d residual = PoseResidual(motion.local_from_body, pose.local_from_body);
+  const Matrix6d covariance =
+      motion.covariance.topLeftCorner<6, 6>() + NoiseOf(pose, options_.trust);
   return residual.dot(covariance.llt().solve(residual)) <= options_.max_chi_square;
 }
 
@@ -82,14 +56,13 @@ void ConstantVelocity::Add(int64_t time_ns, const BodyPose& pose) {
   time_ns_ = time_ns;
   ++poses_;
   const SE3& predicted = motion_.local_from_body;
-  const Vector6d residual = Residual(predicted, pose.local_from_body);
+  const Vector6d residual = PoseResidual(predicted, pose.local_from_body);
   const Matrix12d& prior = motion_.covariance;
-  const Matrix6d noise = NoiseOf(pose);
+  const Matrix6d noise = NoiseOf(pose, options_.trust);
   const Eigen::LLT<Matrix6d> innovation(Matrix6d(prior.topLeftCorner<6, 6>() + noise));
   const Eigen::Matrix<double, 12, 6> gain = innovation.solve(prior.topRows<6>()).transpose();
   const Eigen::Matrix<double, 12, 1> step = gain * residual;
-  motion_.local_from_body = SE3(predicted.rotation() * RotationExp(step.segment<3>(3)),
-                                predicted.translation() + step.head<3>());
+  motion_.local_from_body = MovedBy(predicted, step.head<6>());
   motion_.velocity_local += step.segment<3>(6);
   motion_.turn_rate_body += step.tail<3>();
   // Joseph's form, which stays positive.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "deepuav/autopilot/motion_predictor.h"
+#include "deepuav/autopilot/pose_noise.h"
 
 namespace deepuav {
 
@@ -9,10 +10,7 @@ struct ConstantVelocityOptions {
   double turn_density = 3;            ///< rad/s^2/sqrt(Hz): how the turn rate does.
   double velocity_sigma_m_s = 5;      ///< Before anything is known of it.
   double turn_rate_sigma_rad_s = 2;
-  double least_position_sigma_m = 1e-3;  ///< That a pose is trusted with.
-  double least_rotation_sigma_rad = 5e-4;
-  double unknown_position_sigma_m = 0.05;  ///< Of poses that come without covariance.
-  double unknown_rotation_sigma_rad = 0.02;
+  PoseTrust trust;
   double max_chi_square = 150;  ///< Of a pose from where it is expected, by six degrees of freedom.
 };
 
@@ -29,7 +27,6 @@ class ConstantVelocity : public MotionPredictor {
 
  private:
   BodyMotion Predicted(int64_t time_ns) const;
-  Matrix6d NoiseOf(const BodyPose& pose) const;
   void Begin(int64_t time_ns, const BodyPose& pose);
 
   const ConstantVelocityOptions options_;

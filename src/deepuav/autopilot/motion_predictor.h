@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "deepuav/autopilot/body_pose.h"
+#include "deepuav/sensors/samples.h"
 
 namespace deepuav {
 
@@ -33,6 +34,8 @@ class MotionPredictor {
   virtual void Forget() = 0;
   /// Nothing before the second pose.
   virtual std::optional<BodyMotion> At(int64_t time_ns) const = 0;
+  /// What the body's inertial sensor measures, on the same clock; later than the one before.
+  virtual void AddInertial(const ImuSample& /*sample*/) {}
 };
 
 }  // namespace deepuav

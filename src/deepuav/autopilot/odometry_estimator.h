@@ -53,6 +53,8 @@ class OdometryEstimator {
 
   /// `metric`: of the image's map as it is in this revision; nothing: it has no scale.
   void Add(const LocatedImage& image, const std::optional<MetricFromMap>& metric);
+  /// Of the body's sensor, on the images' clock.
+  void AddInertial(const ImuSample& sample) { predictor_->AddInertial(sample); }
   /// An image was not located.
   void Lost() { is_lost_ = true; }
 
