@@ -1,7 +1,5 @@
 #include "deepuav/assembly/live_run.h"
 
-#include <algorithm>
-
 #include "deepuav/assembly/meanwhile_saver.h"
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/logging.h"
@@ -12,12 +10,7 @@
 namespace deepuav {
 namespace {
 
-constexpr int kRememberedFrames = 10'000;  // Unless the options say otherwise.
-/// A day's samples would take a gigabyte. The latest half an hour at 200 Hz, 20 MB, covers the
-/// frames that are remembered closely enough to be joined by them: the older ones are thinned out.
-constexpr size_t kKeptImuSamples = 360'000;
 constexpr double kMostImuWait_s = 0.02;  // Poses are late by this where samples are later.
-constexpr int kFullShare = 10;  // One of so many at most is remembered with all that it saw.
 
 /// Passes everything on, and measures when poses come.
 class MeasuringObserver : public RunObserver {
@@ -67,11 +60,7 @@ LiveRun::LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings)
   push_.kind = "live";
   OpenSource();
   push_.source = source_->Name();
-  SystemOptions& system = settings_->options.system;
-  if (system.max_records == 0) system.max_records = kRememberedFrames;
-  system.full_record_frames =
-      std::min(system.full_record_frames, std::max(1, system.max_records / kFullShare));
-  if (push_.calibration.focal_sigma > 0) system.refine_focal = true;
+  if (push_.calibration.focal_sigma > 0) settings_->options.system.refine_focal = true;
 }
 
 LiveRun::~LiveRun() = default;
@@ -136,7 +125,6 @@ void LiveRun::ExpectImu(ImuStream sensor) {
   push_.imu = std::move(sensor);
   push_.imu_is_synchronised = false;
   push_.max_imu_wait_s = kMostImuWait_s;
-  push_.kept_imu_samples = kKeptImuSamples;
 }
 
 void LiveRun::FeedImu(const ImuSample& sample) {

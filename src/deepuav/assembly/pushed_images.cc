@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "deepuav/assembly/live_limits.h"
 #include "deepuav/base/error.h"
 #include "deepuav/inertial/camera_turns.h"
 
@@ -55,16 +56,8 @@ void PushedImages::PushImu(const ImuSample& sample) {
                 sample.time.nanoseconds, imu_.samples.back().time.nanoseconds);
   }
   imu_.samples.push_back(sample);
-  ForgetOldSamples();
+  ForgetOldest(options_.kept_samples, &imu_.samples);
   filled_.notify_one();
-}
-
-/// Seldom, as those that stay are moved.
-void PushedImages::ForgetOldSamples() {
-  const size_t kept = options_.kept_samples, count = imu_.samples.size();
-  if (kept == 0 || count <= kept + kept / 2) return;
-  const auto first = imu_.samples.begin();
-  imu_.samples.erase(first, first + static_cast<std::ptrdiff_t>(count - kept));
 }
 
 void PushedImages::Close() {

@@ -66,7 +66,6 @@ class PushedImages : public ImageSource {
   bool HasWaited() const;
   bool IsSilentAt(Timestamp time) const;
   void AddTurns(TimedImage* image) const;
-  void ForgetOldSamples();
 
   const Camera camera_;
   const PushedImagesOptions options_;

@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "deepuav/assembly/dataset_run.h"
+#include "deepuav/assembly/live_limits.h"
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/geometry/camera_scale.h"
 #include "deepuav/io/geodata/gnss_file.h"
@@ -31,14 +32,21 @@ std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& work
   return LoadMaps(request.map, working, request.calibration.focal_sigma > 0, options);
 }
 
-PushedImagesOptions QueueOf(const PushRequest& request, const SystemOptions& options) {
+std::unique_ptr<RunSettings> BoundedIfLive(std::unique_ptr<RunSettings> settings,
+                                           Schedule schedule) {
+  if (schedule == Schedule::kLive) BoundRecords(&settings->options.system);
+  return settings;
+}
+
+PushedImagesOptions QueueOf(const PushRequest& request, const SystemOptions& options,
+                            size_t kept_samples) {
   PushedImagesOptions queue;
   queue.capacity = static_cast<size_t>(request.queue_size);
   queue.newest_only = request.schedule == "live";
   queue.with_turns = request.imu.has_value();
   queue.max_imu_gap_s = options.sensors.imu.max_imu_gap_s;
   queue.max_wait_s = request.max_imu_wait_s;
-  queue.kept_samples = request.kept_imu_samples;
+  queue.kept_samples = kept_samples;
   return queue;
 }
 
@@ -60,8 +68,9 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
                      const PushHooks& hooks)
     : request_(Checked(request, settings->options)),
       asked_to_stop_(hooks.stop),
-      settings_(std::move(settings)),
       schedule_(ParseSchedule(request_.schedule)),
+      settings_(BoundedIfLive(std::move(settings), schedule_)),
+      kept_samples_(schedule_ == Schedule::kLive ? kLiveSamples : 0),
       loaded_(MapsOf(request_,
                      WorkingCamera(request_.camera, settings_->options.images.working_pixels),
                      &settings_->options)),
@@ -69,7 +78,7 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
                       : WorkingCamera(request_.camera, settings_->options.images.working_pixels)),
       eyes_(camera_, settings_->options),
       images_(QueuedCamera(camera_, request_), request_.imu.value_or(ImuStream{}),
-              QueueOf(request_, settings_->options.system)),
+              QueueOf(request_, settings_->options.system, kept_samples_)),
       gnss_(request_.gnss),
       barometer_(request_.barometer) {
   if (loaded_) CheckNetwork(request_.map, *loaded_, eyes_);
@@ -156,6 +165,7 @@ void PushedRun::FeedFix(const GnssFix& fix) {
   const std::scoped_lock lock(mutex_);
   if (!gnss_.fixes.empty()) CheckGrows(gnss_.fixes.back().time, fix.time, "position fix");
   gnss_.fixes.push_back(fix);
+  ForgetOldest(kept_samples_, &gnss_.fixes);
 }
 
 void PushedRun::FeedBarometer(const BarometerSample& sample) {
@@ -165,6 +175,7 @@ void PushedRun::FeedBarometer(const BarometerSample& sample) {
   if (!barometer_.samples.empty())
     CheckGrows(barometer_.samples.back().time, sample.time, "barometer sample");
   barometer_.samples.push_back(sample);
+  ForgetOldest(kept_samples_, &barometer_.samples);
 }
 
 void PushedRun::Stop() {

@@ -16,17 +16,16 @@ namespace deepuav {
 
 /// How a run over pushed images is set up; what the options say comes beside it.
 struct PushRequest {
-  Camera camera;  ///< Of the images as they are pushed.
-  std::string schedule = "threaded";
-  std::string map;     ///< A map.deepuav to go on with, or empty.
-  int queue_size = 4;  ///< Images that may wait; live: 1 does.
+  Camera camera;                      ///< Of the images as they are pushed.
+  std::string schedule = "threaded";  ///< Live, memory does not grow with time: live_limits.h.
+  std::string map;                    ///< A map.deepuav to go on with, or empty.
+  int queue_size = 4;                 ///< Images that may wait; live: 1 does.
   /// Where the sensors are, and their noise; without samples.
   std::optional<ImuStream> imu;
   /// Whether its samples' times are those of the images to the millisecond: else they do not tell
   /// what the camera turned by while it read an image, and none waits for that.
   bool imu_is_synchronised = true;
   std::optional<double> max_imu_wait_s;  ///< For which an image waits for samples at most.
-  size_t kept_imu_samples = 0;           ///< Of the latest, for the run's end; 0: all.
   GnssStream gnss;
   BarometerStream barometer;
   std::string kind = "pushed images", source;  ///< For the summary: what they are, and of what.
@@ -84,8 +83,9 @@ class PushedRun {
 
   const PushRequest request_;
   const std::function<bool()> asked_to_stop_;
-  const std::unique_ptr<RunSettings> settings_;
   const Schedule schedule_;
+  const std::unique_ptr<RunSettings> settings_;
+  const size_t kept_samples_;  ///< Of each sensor; 0: all.
   std::optional<LoadedAtlas> loaded_;
   const Camera camera_;  ///< Of the images as they are worked on.
   Eyes eyes_;
