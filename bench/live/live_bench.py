@@ -86,7 +86,7 @@ def measure(arguments, clients):
         summary = json.loads((out / "summary.json").read_text())
         live, frames = summary["live"], summary["frames"]
         cost_s = load * alive_s / frames["processed"]
-        print(f"{clients} clients: {frames['images']} images, {frames['skipped_late']} left out, "
+        print(f"{clients} clients: {frames['images']} images, {frames['skipped_late'] + live['late']} left out, "
               f"{skipped_after(out, FIRST_S)} of them after the first second; pose after "
               f"{live['median_latency_ms']:.0f} ms (95 %: {live['p95_latency_ms']:.0f} ms); {load:.2f} cores, "
               f"{1e3 * cost_s:.1f} ms of processor time a frame; "

@@ -176,7 +176,7 @@ LiveFacts LiveRun::Facts() const {
   const LiveCounts counts = status().counts;
   const LatencyMeter::Latencies latency = latency_.All();
   return {counts.arrived,   counts.frozen, counts.misfits, counts.reconnects,
-          latency.median_s, latency.p95_s, latency.count};
+          latency.median_s, latency.p95_s, latency.count,  counts.late};
 }
 
 void LiveRun::Complete(FinishedRun* run) const {

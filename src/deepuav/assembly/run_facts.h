@@ -18,6 +18,7 @@ struct LiveFacts {
   int64_t arrived = 0, frozen = 0, misfits = 0, reconnects = 0;  ///< As LiveCounts.
   double median_latency_s = 0, p95_latency_s = 0;  ///< From an image's arrival to its pose.
   int64_t posed = 0;                               ///< Frames that these are of, the latest.
+  int64_t late = 0;                                ///< As LiveCounts.
 };
 
 /// What a run's summary tells besides its result.

@@ -138,6 +138,7 @@ Json GaugeTable(MapId map, const Gauge& gauge, const SlamResult& result) {
 
 Json LiveTable(const LiveFacts& live) {
   return {{"arrived", live.arrived},
+          {"late", live.late},
           {"frozen", live.frozen},
           {"misfits", live.misfits},
           {"reconnects", live.reconnects},

@@ -31,8 +31,7 @@ class DatasetSource : public LiveSource {
   std::optional<LiveImage> Next(const std::function<bool()>& stop) override;
   bool EndsForGood() const override { return true; }
   std::string Name() const override { return name_; }
-  /// Images that were late, all in all.
-  int64_t late() const { return late_; }
+  int64_t late() const override { return late_; }
 
  private:
   Timestamp TimeInLoops(int64_t frame) const;

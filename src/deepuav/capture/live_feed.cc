@@ -45,6 +45,7 @@ void LiveFeed::Run(const std::function<bool()>& stop) {
   if (!OpenFirst(stop)) return;
   while (!stop()) {
     if (const std::optional<LiveImage> image = source_->Next(stop)) {
+      Count([this](LiveCounts* counts) { counts->late = source_->late(); });
       Take(*image);
       continue;
     }

@@ -23,6 +23,7 @@ struct LiveFeedOptions {
 /// What came of a live source so far.
 struct LiveCounts {
   int64_t arrived = 0;     ///< Images.
+  int64_t late = 0;        ///< Others, that a file held and that were late before they were read.
   int64_t frozen = 0;      ///< Of these, left out as the same as before...
   int64_t misfits = 0;     ///< ...or for their proportions.
   int64_t reconnects = 0;  ///< Times that a dropped link came back.

@@ -41,7 +41,9 @@ class Script : public LiveSource {
   }
   bool EndsForGood() const override { return steps_.empty(); }
   std::string Name() const override { return "script"; }
+  int64_t late() const override { return left_out; }
 
+  int64_t left_out = 0;
   int opened = 0, refusals = 0;
   bool never = false;
 
@@ -80,6 +82,14 @@ TEST(LiveFeed, HandsOnWhatComes) {
   EXPECT_THAT(outcome.lines, ElementsAre());
   EXPECT_EQ(outcome.counts.arrived, 3);
   EXPECT_FALSE(outcome.counts.is_open);
+}
+
+TEST(LiveFeed, CountsWhatTheSourceLeftOut) {
+  Script script({At(1, 0), At(2, 200)});
+  script.left_out = 3;
+  const LiveCounts counts = Play(&script).counts;
+  EXPECT_EQ(counts.arrived, 2);
+  EXPECT_EQ(counts.late, 3);
 }
 
 TEST(LiveFeed, OpensADroppedLinkAgain) {

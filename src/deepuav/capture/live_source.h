@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -26,6 +27,8 @@ class LiveSource {
   virtual std::optional<LiveImage> Next(const std::function<bool()>& stop) = 0;
   /// Whether nothing is there after the end: true of a file, false of a link.
   virtual bool EndsForGood() const = 0;
+  /// Images that were left out unread, as they were late; all in all.
+  virtual int64_t late() const { return 0; }
   /// For messages: without the user and password of an address.
   virtual std::string Name() const = 0;
 };
