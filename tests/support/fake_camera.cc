@@ -1,7 +1,8 @@
 // A camera as Linux shows one (V4L2, streaming, Motion JPEG), for machines that have none: loaded
 // before the program (LD_PRELOAD), it stands for $FAKE_CAMERA_DEVICE. Its images are 000.jpg,
 // 001.jpg, ... of $FAKE_CAMERA_IMAGES, all of $FAKE_CAMERA_SIZE ("320x240"), $FAKE_CAMERA_HZ a
-// second, again and again. While a file "gone" lies beside them, it is unplugged.
+// second, again and again. While a file "gone" lies beside them, it is unplugged; while one
+// "stalled" does, it gives none.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <linux/videodev2.h>
@@ -61,9 +62,12 @@ int OpenCamera() {
   return camera.handle;
 }
 
+bool IsStalled() { return ::access(FileOf("stalled").c_str(), F_OK) == 0; }
+
 int Start(bool runs) {
   itimerspec every{};
-  if (runs) every.it_interval.tv_nsec = every.it_value.tv_nsec = static_cast<long>(1e9 / Rate());
+  if (runs && !IsStalled())
+    every.it_interval.tv_nsec = every.it_value.tv_nsec = static_cast<long>(1e9 / Rate());
   if (!runs) camera.queued.clear();
   return ::timerfd_settime(camera.handle, 0, &every, nullptr);
 }
@@ -128,6 +132,7 @@ int Take(v4l2_buffer* buffer) {
   Buffer(buffer);
   buffer->bytesused = Copy(camera.buffers[buffer->index]);
   ++camera.taken;
+  if (IsStalled()) Start(true);
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   buffer->timestamp = {now.tv_sec, now.tv_nsec / 1000};

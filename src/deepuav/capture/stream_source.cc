@@ -1,6 +1,7 @@
 #include "deepuav/capture/stream_source.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
 #include "deepuav/base/error.h"
@@ -11,6 +12,14 @@ namespace {
 constexpr std::string_view kDevices = "/dev/";
 constexpr std::string_view kScheme = "://";
 constexpr std::string_view kDescription = ".sdp";
+
+/// OpenCV waits for an image of a device as many seconds as this says when the first is waited for.
+void WaitForDevices(double timeout_s) {
+  constexpr int kUnlessSet = 0;
+  const std::string seconds = std::to_string(std::max(1L, std::lround(std::ceil(timeout_s))));
+  ::setenv("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", seconds.c_str(), kUnlessSet);
+}
+
 }  // namespace
 
 bool IsStreamAddress(const std::string& source) {
@@ -32,7 +41,9 @@ std::string WithoutSecrets(const std::string& address) {
 }
 
 StreamSource::StreamSource(std::string address, const StreamOptions& options)
-    : address_(std::move(address)), options_(options), is_device_(address_.starts_with(kDevices)) {}
+    : address_(std::move(address)), options_(options), is_device_(address_.starts_with(kDevices)) {
+  if (is_device_) WaitForDevices(options_.timeout_s);
+}
 
 void StreamSource::OpenDevice() {
   try {
