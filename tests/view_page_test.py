@@ -6,10 +6,12 @@ asked of anyone else, every picture drawn, numbers that move.
 
 Skipped (exit status 77), which ctest shows as skipped, where Chromium, its driver or Selenium is absent.
 """
+import base64
 import json
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -24,6 +26,24 @@ DEEPUAV = SCREENSHOTS = None
 FRAMES = 40
 TIMEOUT_S = 120
 PHONE, DESK = (412, 860), (1280, 1000)
+# From now on the page is given one map in place of all that come, and `drawn` is the scene that it draws.
+SHOW_ONE_MAP = """
+const bytes = Uint8Array.from(atob(arguments[0]), (letter) => letter.charCodeAt(0)).buffer;
+const put = DeepUav.Scene.prototype.put, parse = DeepUav.parseMessage;
+DeepUav.Scene.prototype.put = function (name, object) { window.drawn = this; put.call(this, name, object); };
+DeepUav.parseMessage = (data) => { const message = parse(data); return message.kind === "map" ? parse(bytes) : message; };
+"""
+LOOKED_FROM = "return drawn.camera.position.clone().sub(drawn.controls.target).normalize().toArray()"
+
+
+def metric_map():
+    """As view_messages.h says: z is up, a loop ties the first keyframe to the second."""
+    header = json.dumps({"kind": "map", "map": 0, "up": [0, 0, 1], "points": 2, "keyframes": 2, "path": 2, "loops": 1,
+                         "low": [0, 0, 0], "size": [4, 4, 2]}).encode()
+    body = struct.pack("<6H", 0, 0, 0, 65535, 65535, 65535)
+    body += struct.pack("<14f", 0, 0, 1, 0, 0, 0, 1, 4, 0, 1, 0, 0, 0, 1)
+    body += struct.pack("<6f", 0, 0, 1, 4, 0, 1) + struct.pack("<6f", 0, 0, 1, 4, 0, 1)
+    return struct.pack("<I", len(header)) + header + body
 
 
 class ViewPageTest(unittest.TestCase):
@@ -128,7 +148,21 @@ class ViewPageTest(unittest.TestCase):
         self.check_page("recorded")
         self.assertNotIn("token", self.script("return location.href"))
         self.assertIn("the replay begins", self.script("return document.getElementById('events').textContent"))
+        self.assertIn("at most", self.script("return document.getElementById('tiles').textContent"))  # Of memory.
+        self.check_a_metric_map()
         self.check_clean(url.partition("?")[0])
+
+    def check_a_metric_map(self):
+        self.script(SHOW_ONE_MAP, base64.b64encode(metric_map()).decode())
+        self.wait(lambda: self.script("return Boolean(window.drawn && drawn.layers.get('loops'))"))
+        self.assertEqual(self.script("return drawn.up.toArray()"), [0, 0, 1])
+        self.assertEqual(self.script("return Array.from(drawn.layers.get('loops').geometry.attributes.position.array)"),
+                         [0, 0, 1, 4, 0, 1])
+        self.script("document.getElementById('above').click()")
+        self.assertGreater(self.script(LOOKED_FROM)[2], 0.99)
+        self.shoot("metric")
+        self.script("document.getElementById('show-loops').click()")
+        self.assertFalse(self.script("return drawn.layers.get('loops').visible"))
 
     def test_it_says_that_the_program_ended(self):
         out = self.scratch / "short"

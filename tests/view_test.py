@@ -4,16 +4,8 @@ the hostile among them can do.
 
   view_test.py DEEPUAV
 """
-import base64
-import http.client
 import json
-import os
-import random
-import re
 import shutil
-import signal
-import socket
-import struct
 import subprocess
 import tempfile
 import threading
@@ -21,177 +13,14 @@ import time
 from pathlib import Path
 
 import layered_scene
-from program_under_test import TIMEOUT_S, UnderWay, command, main
-from scene_test_case import FRAMES, SceneTest
+from program_under_test import TIMEOUT_S, command, main
+from scene_test_case import SceneTest
+from view_clients import HOSTILE, Farewell, Program, Siege, message
 
-HOSTILE = 200
 GOING_AWAY = 1001
+MOST_VIEWERS, MOST_REQUESTS_PER_S = 16, 100  # As the server allows.
+PATIENCE_S = 4  # After which it takes who answers no ping for one that does not read.
 RESULTS = ("trajectory.txt", "keyframes.txt", "points.ply", "frames.csv", "map.deepuav")
-
-
-class Program(UnderWay):
-    """`deepuav` with a page, under way."""
-
-    def __init__(self, log, *arguments):
-        super().__init__(log, *arguments, stdout=subprocess.DEVNULL)
-        self.url = self.wait_for(r"watch at (http://\S+)")[1]
-        self.host = re.match(r"http://([^/]+)", self.url)[1]
-        self.token = self.url.partition("token=")[2]
-
-    def stop(self):
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        return self.process.wait(TIMEOUT_S)
-
-    def connect(self):
-        name, port = self.host.rsplit(":", 1)
-        return socket.create_connection((name, int(port)), timeout=20)
-
-    def get(self, target="/", **headers):
-        """Status, headers, body."""
-        connection = http.client.HTTPConnection(self.host, timeout=20)
-        connection.putrequest("GET", target, skip_host="Host" in headers)
-        for name, value in headers.items():
-            connection.putheader(name, value)
-        connection.endheaders()
-        answer = connection.getresponse()
-        body = answer.read()
-        connection.close()
-        return answer.status, answer.headers, body
-
-    def handshake(self, target="/messages", origin=None, host=None, cookie=None):
-        """A socket after the answer to a request for a WebSocket, and the answer's status."""
-        client = self.connect()
-        key = base64.b64encode(os.urandom(16)).decode()
-        lines = [f"GET {target} HTTP/1.1", f"Host: {host or self.host}", "Upgrade: websocket", "Connection: Upgrade",
-                 f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13"]
-        if origin != "":
-            lines.append(f"Origin: {origin or 'http://' + self.host}")
-        if cookie:
-            lines.append(f"Cookie: {cookie}")
-        client.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
-        answer = b""
-        try:
-            while b"\r\n\r\n" not in answer:
-                piece = client.recv(1)
-                if not piece:
-                    break
-                answer += piece
-        except OSError:
-            client.close()
-            raise
-        return client, int(answer.split()[1]) if answer else 0
-
-
-def receive(client, count):
-    data = b""
-    while len(data) < count:
-        piece = client.recv(count - len(data))
-        if not piece:
-            raise ConnectionError("closed")
-        data += piece
-    return data
-
-
-class Farewell(ConnectionError):
-    """Why the server ends the connection, as its own code."""
-
-    def __init__(self, code):
-        super().__init__(f"closed: {code}")
-        self.code = code
-
-
-def message(client):
-    """(kind, header) of the next message; pings are answered."""
-    while True:
-        first, length = receive(client, 2)
-        if length == 126:
-            length = struct.unpack(">H", receive(client, 2))[0]
-        elif length == 127:
-            length = struct.unpack(">Q", receive(client, 8))[0]
-        payload = receive(client, length)
-        if first & 0x0F == 8:
-            raise Farewell(struct.unpack(">H", payload[:2])[0])
-        if first & 0x0F == 9:
-            client.sendall(frame(payload, opcode=10))  # Who gives no sign of life is dropped.
-        if first & 0x0F in (1, 2):
-            break
-    if first & 0x0F == 1:
-        header = json.loads(payload)
-    else:
-        size = struct.unpack("<I", payload[:4])[0]
-        header = json.loads(payload[4:4 + size])
-    return header["kind"], header
-
-
-def frame(payload, opcode=1):
-    """As clients send it: masked."""
-    return bytes([0x80 | opcode, 0x80 | len(payload)]) + b"\0\0\0\0" + payload
-
-
-class Hostile(threading.Thread):
-    """A client that does one bad thing after another until it is told to end."""
-
-    def __init__(self, program, kind, over):
-        super().__init__(daemon=True)
-        self.program, self.kind, self.over = program, kind, over
-        self.done = 0
-
-    def run(self):
-        deeds = (self.garbage, self.half_open, self.slow_request, self.huge_header, self.wrong_token, self.slow_reader,
-                 self.chatter, self.endless_body)
-        while not self.over.is_set():
-            try:
-                deeds[self.kind % len(deeds)]()
-            except (OSError, http.client.HTTPException):
-                pass  # Shut out, as it should be.
-            self.done += 1
-            time.sleep(0.05)
-
-    def garbage(self):
-        with self.program.connect() as client:
-            client.sendall(random.Random(self.kind).randbytes(4000))
-            client.recv(1000)
-
-    def half_open(self):
-        with self.program.connect():
-            self.over.wait(3)
-
-    def slow_request(self):
-        with self.program.connect() as client:
-            for letter in b"GET / HTTP/1.1\r\nHost: x\r\n" * 10:
-                client.sendall(bytes([letter]))
-                if self.over.wait(0.1):
-                    return
-
-    def huge_header(self):
-        with self.program.connect() as client:
-            client.sendall(b"GET / HTTP/1.1\r\nX: ")
-            for _ in range(100):
-                client.sendall(b"a" * 1_000_000)
-
-    def wrong_token(self):
-        client, _ = self.program.handshake("/messages?token=0123456789abcdef", origin="http://evil.example")
-        client.close()
-        self.program.get("/?token=" + "f" * 32)
-
-    def slow_reader(self):
-        client, status = self.program.handshake()
-        with client:
-            while status == 101 and not self.over.wait(1):
-                client.recv(1)
-
-    def chatter(self):
-        client, status = self.program.handshake()
-        with client:
-            while status == 101 and not self.over.is_set():
-                client.sendall(frame(b"x" * 100) + frame(b"", opcode=9))
-
-    def endless_body(self):
-        with self.program.connect() as client:
-            client.sendall(f"POST / HTTP/1.1\r\nHost: {self.program.host}\r\nContent-Length: 100000000\r\n\r\n".encode())
-            for _ in range(100):
-                client.sendall(b"b" * 1_000_000)
 
 
 class ViewTest(SceneTest):
@@ -260,12 +89,16 @@ class ViewTest(SceneTest):
         self.assertEqual((status, headers["X-Frame-Options"]), (200, "DENY"))
         self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
         self.assertIn(b"Deep-UAV SLAM", body)
-        self.assertEqual(program.get(Host="evil.example")[0], 421)
+        for host in ("evil.example", f"evil.example:{program.port}", f"192.168.1.7:{program.port}"):
+            self.assertEqual(program.get(Host=host)[0], 421, host)
+        self.assertEqual(program.get(Host="localhost:9000")[0], 200)  # A port that SSH forwards.
         self.assertEqual(program.get(Origin="http://evil.example")[0], 403)
         for target in ("/../../etc/passwd", "//etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/view.html", "/messages"):
             self.assertEqual(program.get(target)[0], 404, target)
         for arguments, expected in (({"origin": "http://evil.example"}, 403), ({"origin": ""}, 403),
-                                    ({"host": "evil.example"}, 421), ({"target": "/other"}, 404)):
+                                    ({"host": "evil.example"}, 421), ({"target": "/other"}, 404),
+                                    ({"host": "localhost:9000", "origin": "http://localhost:8000"}, 403),
+                                    ({"host": "localhost:9000", "origin": "http://localhost:9000"}, 101)):
             client, status = program.handshake(**arguments)
             client.close()
             self.assertEqual(status, expected, arguments)
@@ -273,6 +106,7 @@ class ViewTest(SceneTest):
     def test_others_need_the_token(self):
         program = self.start("view", self.recorded, "--listen", "0.0.0.0")
         self.assertEqual(len(program.token), 32)
+        self.assertFalse(program.host.startswith("0.0.0.0"))
         self.assertEqual(program.text().count(program.token), 1)
         for target in ("/", "/?token=" + "0" * 32, "/three.min.js"):
             self.assertEqual(program.get(target)[0], 403, target)
@@ -286,6 +120,33 @@ class ViewTest(SceneTest):
         client, status = program.handshake(cookie=cookie)
         client.close()
         self.assertEqual(status, 101)
+        for host, expected in ((f"192.168.1.7:{program.port}", 200), ("192.168.1.7:1", 421),  # Given later, as by DHCP.
+                               (f"evil.example:{program.port}", 421), ("LocalHost:9000", 200)):
+            self.assertEqual(program.get(Cookie=cookie, Host=host)[0], expected, host)
+
+    def test_wrong_tokens_are_refused(self):
+        program = self.start("view", self.recorded, "--listen", "0.0.0.0")
+        for wrong in ("", "0" * 32, program.token[:-1], program.token + "0", "%" + program.token):
+            self.assertEqual(program.get(f"/?token={wrong}")[0], 403, wrong)
+            self.assertEqual(program.get(Cookie=f"deepuav_view_{program.port}={wrong}")[0], 403, wrong)
+            client, status = program.handshake(f"/messages?token={wrong}")
+            client.close()
+            self.assertEqual(status, 403, wrong)
+        client, status = program.handshake(program.messages)
+        client.close()
+        self.assertEqual(status, 101)
+
+    def test_an_address_asks_so_often_a_second(self):
+        program = self.start("view", self.recorded, "--listen", "0.0.0.0")
+        request = f"GET /?token={program.token} HTTP/1.1\r\nHost: {program.host}\r\n\r\n".encode()
+        with program.connect() as client:  # Which counts as well.
+            client.sendall(request * MOST_REQUESTS_PER_S)
+            answers = b"".join(iter(lambda: client.recv(65536), b""))
+        refused = 0 if program.host.startswith("localhost") else 1  # A machine without a network has the loopback alone.
+        self.assertEqual(answers.count(b"HTTP/1.1 303 "), MOST_REQUESTS_PER_S - refused)
+        self.assertEqual(answers.count(b"HTTP/1.1 429 "), refused)
+        time.sleep(1.1)
+        self.assertEqual(program.get(f"/?token={program.token}")[0], 303)
 
     def test_misuse(self):
         for arguments, told in ((("view", self.scratch / "nothing"), "nothing"),
@@ -307,45 +168,92 @@ class ViewTest(SceneTest):
         run = ("run", scene, "--schedule", "threaded", "--log-level", "off", "--out")
         subprocess.run(command(*run, alone), check=True, capture_output=True)
         program = self.start(*run, out, "--view")
-        over = threading.Event()
-        clients = [Hostile(program, kind, over) for kind in range(HOSTILE)]
-        for client in clients:
-            client.start()
+        siege = Siege(program)
         self.assertEqual(program.process.wait(TIMEOUT_S), 0)
-        over.set()
-        for client in clients:
-            client.join(30)
-        self.assertGreater(sum(client.done for client in clients), 2 * HOSTILE)
+        siege.end()
+        self.assertGreater(siege.done.value, 2 * HOSTILE)
         for name in RESULTS:
             self.assertEqual((out / name).read_bytes(), (alone / name).read_bytes(), name)
 
     def test_hostile_clients_lock_no_one_out(self):
-        program = self.live()
-        own, status = program.handshake()
+        self.check_no_one_is_locked_out(self.live())
+
+    def test_hostile_clients_with_the_token_lock_no_one_out(self):
+        program = self.live("--listen", "0.0.0.0")
+        program.host = f"localhost:{program.port}"  # Not held up by how many requests come from one address.
+        self.check_no_one_is_locked_out(program)
+
+    def check_no_one_is_locked_out(self, program):
+        own, status = program.handshake(program.messages)
         self.assertEqual(status, 101)
         while message(own)[0] != "picture":
             pass
         before = program.resident_mb()
-        over = threading.Event()
-        clients = [Hostile(program, kind, over) for kind in range(HOSTILE) if kind % 8 != 5]  # These would be viewers.
-        for client in clients:
-            client.start()
-        time.sleep(5)
-        began, updates, frames = time.monotonic(), 0, set()
-        while time.monotonic() - began < 5:
-            kind, header = message(own)
-            updates += 1
-            if kind == "status":
-                frames.add(header["frame"])
+        siege = Siege(program)
+        self.addCleanup(siege.end)
+        watch(own, 5)
+        updates, frames = watch(own, 5)
         self.assertGreater(updates, 20)
-        self.assertGreater(len(frames), 10)
-        self.assertEqual(program.get()[0], 200)
-        after = program.resident_mb()
-        over.set()
-        for client in clients:
-            client.join(30)
+        self.assertGreater(frames, 10)
         own.close()
+        self.check_a_newcomer(program)
+        self.assertEqual(program.get("/?token=" + program.token)[0], 303 if program.token else 200)
+        after = program.resident_mb()
+        siege.end()
+        self.assertEqual(siege.let_in.value, 0)
         self.assertLess(after, before + 100)
+
+    def check_a_newcomer(self, program):
+        """One that comes again when it is dropped, as the page does."""
+        refusals = []
+        for _ in range(3):
+            client, status = program.handshake(program.messages)
+            try:
+                with client:
+                    self.assertIn(status, (0, 101))  # 0: dropped before it was answered.
+                    self.assertGreater(watch(client, 5)[0], 20)
+                    return
+            except ConnectionError as refusal:
+                refusals.append(refusal)
+            time.sleep(2)
+        self.fail(refusals)
+
+    def test_who_reads_keeps_his_place(self):
+        program = self.start("view", self.recorded)
+        clients = []
+        for _ in range(MOST_VIEWERS):
+            client, status = program.handshake()
+            self.assertEqual(status, 101)
+            clients.append(client)
+            message(client)  # After it the question whether it reads, which it answers on the way.
+        watched = [[] for _ in clients]
+        threads = [threading.Thread(target=lambda c, w: w.append(watch(c, PATIENCE_S + 3)), args=pair, daemon=True)
+                   for pair in zip(clients, watched)]
+        for thread in threads:
+            thread.start()
+        end = time.monotonic() + PATIENCE_S + 2
+        while time.monotonic() < end:
+            client, status = program.handshake()
+            client.close()
+            self.assertEqual(status, 503)
+            time.sleep(0.2)
+        for thread in threads:
+            thread.join(TIMEOUT_S)
+        for client, result in zip(clients, watched):
+            client.close()
+            self.assertEqual(len(result), 1)  # None was dropped.
+            self.assertGreater(result[0][0], 10)
+
+
+def watch(client, seconds):
+    """How many messages come in so many seconds, and of how many frames."""
+    end, updates, frames = time.monotonic() + seconds, 0, set()
+    while time.monotonic() < end:
+        kind, header = message(client)
+        updates += 1
+        if kind == "status":
+            frames.add(header["frame"])
+    return updates, len(frames)
 
 
 def to_and_fro(scene, longer, times=6):

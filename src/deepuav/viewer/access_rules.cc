@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
+#include <cctype>
+#include <charconv>
+#include <optional>
 #include <random>
 
 #include "deepuav/base/error.h"
@@ -11,15 +14,56 @@
 namespace deepuav {
 namespace {
 
+namespace ip = boost::asio::ip;
+
 constexpr std::string_view kScheme = "http://";
+constexpr uint16_t kHttpPort = 80;  // Browsers leave it out.
+
+/// Takes the port off the Host; nothing where it is no number.
+std::optional<uint16_t> TakePort(std::string_view* host) {
+  const size_t colon = host->rfind(':');
+  if (colon == std::string_view::npos || host->ends_with(']')) return kHttpPort;
+  const std::string_view digits = host->substr(colon + 1);
+  host->remove_suffix(digits.size() + 1);
+  uint16_t port = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [read, problem] = std::from_chars(digits.data(), end, port);
+  if (problem != std::errc() || read != end) return std::nullopt;
+  return port;
+}
+
+/// The IP address that a Host without its port is; nothing where it is a name.
+std::optional<ip::address> AddressOf(std::string_view host) {
+  // What is repeated in the answer holds nothing else, as an interface's name after the address.
+  if (host.find_first_not_of("[]:.0123456789abcdefABCDEF") != std::string_view::npos)
+    return std::nullopt;
+  boost::system::error_code problem;
+  ip::address address;
+  if (host.starts_with('[') && host.ends_with(']')) {
+    address = ip::make_address_v6(std::string(host.substr(1, host.size() - 2)), problem);
+  } else {
+    address = ip::make_address_v4(std::string(host), problem);
+  }
+  return problem ? std::nullopt : std::make_optional(address);
+}
+
+bool IsSameName(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+    return std::tolower(x) == std::tolower(y);
+  });
+}
 
 }  // namespace
 
 bool IsOurHost(std::string_view host, const AccessRules& rules) {
-  const std::string port = fmt::format(":{}", rules.port);
-  if (!host.ends_with(port)) return false;
-  host.remove_suffix(port.size());
-  return std::find(rules.hosts.begin(), rules.hosts.end(), host) != rules.hosts.end();
+  const std::optional<uint16_t> port = TakePort(&host);
+  if (!port) return false;
+  const std::optional<ip::address> address = AddressOf(host);
+  if (IsSameName(host, "localhost") || (address && address->is_loopback())) return true;
+  if (*port != rules.port) return false;
+  if (address && rules.any_address) return true;
+  return std::any_of(rules.hosts.begin(), rules.hosts.end(),
+                     [&](const std::string& own) { return IsSameName(host, own); });
 }
 
 bool IsOurOrigin(std::string_view origin, std::string_view host) {
@@ -70,7 +114,7 @@ std::string NewToken() {
 
 bool IsLoopback(const std::string& address) {
   boost::system::error_code problem;
-  const auto parsed = boost::asio::ip::make_address(address, problem);
+  const auto parsed = ip::make_address(address, problem);
   if (problem) throw Error("address '{}': expected one as 127.0.0.1, 0.0.0.0 or ::1", address);
   return parsed.is_loopback();
 }

@@ -12,10 +12,13 @@ struct AccessRules {
   std::vector<std::string> hosts;  ///< Names and addresses that requests may name as Host.
   uint16_t port = 0;
   std::string token;  ///< Empty: none is needed.
+  /// Whether they may name any IP address: this machine may get others while it listens at all.
+  bool any_address = false;
 };
 
 /// Whether a request's Host names this server: else a page of someone else's name that leads here
-/// could read what is shown.
+/// could read what is shown. No one else can have a name of the loopback, at whatever port it is
+/// forwarded to, or an IP address for a name.
 bool IsOurHost(std::string_view host, const AccessRules& rules);
 
 /// Whether the Origin is the page that this Host gives.

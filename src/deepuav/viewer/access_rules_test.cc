@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "deepuav/base/error.h"
+#include "deepuav/viewer/own_addresses.h"
 #include "deepuav/viewer/page_answers.h"
 
 namespace deepuav {
@@ -20,11 +21,52 @@ PageRequest Get(std::string_view target, std::string_view host = "127.0.0.1:8765
 }
 
 TEST(AccessRules, KnowTheirHosts) {
-  EXPECT_TRUE(IsOurHost("127.0.0.1:8765", Local()));
-  EXPECT_TRUE(IsOurHost("localhost:8765", Local()));
-  for (const char* other : {"", "127.0.0.1", "127.0.0.1:80", "evil.example:8765", ":8765",
-                            "127.0.0.1:8765:8765", "localhost.evil.example:8765"})
-    EXPECT_FALSE(IsOurHost(other, Local())) << other;
+  const AccessRules drone{{"10.0.0.2", "Drone", "Drone.local"}, 8765, kToken};
+  for (const char* own : {"10.0.0.2:8765", "Drone:8765", "drone:8765", "DRONE.Local:8765"})
+    EXPECT_TRUE(IsOurHost(own, drone)) << own;
+  for (const char* other :
+       {"", "10.0.0.2", "10.0.0.2:80", "10.0.0.3:8765", "evil.example:8765", ":8765",
+        "drone:", "10.0.0.2:8765:8765", "drone.evil.example:8765", "drone:+8765", "drone:74301"})
+    EXPECT_FALSE(IsOurHost(other, drone)) << other;
+}
+
+TEST(AccessRules, TakeNamesOfTheLoopbackAtAnyPort) {
+  for (const AccessRules& rules : {Local(), Open()}) {
+    for (const char* own : {"127.0.0.1:8765", "localhost:8765", "localhost:9000", "LocalHost",
+                            "127.0.0.1", "[::1]:80", "[::1]"})
+      EXPECT_TRUE(IsOurHost(own, rules)) << own;
+    for (const char* other : {"evil.example:8765", "localhost.evil.example:8765", "localhost:x",
+                              "127.0.0.1.evil.example:8765", "127.0.0.1:8765:8765", "::1:8765"})
+      EXPECT_FALSE(IsOurHost(other, rules)) << other;
+  }
+}
+
+TEST(AccessRules, TakeAnyAddressWhereTheyListenAtAll) {
+  AccessRules rules = Open();
+  EXPECT_FALSE(IsOurHost("192.168.1.7:8765", rules));
+  rules.any_address = true;
+  for (const char* address : {"192.168.1.7:8765", "[fd00::7]:8765", "[FD00::7]:8765"})
+    EXPECT_TRUE(IsOurHost(address, rules)) << address;
+  for (const char* other :
+       {"192.168.1.7", "192.168.1.7:8766", "192.168.1:8765", "fd00::7:8765", "[]:8765", "[:8765",
+        "[fe80::1%eth0]:8765", "[192.168.1.7]:8765", "[10.0.0.2:8765", "evil.example:8765",
+        "192.168.1.7.evil.example:8765", "7.evil.example:8765"})
+    EXPECT_FALSE(IsOurHost(other, rules)) << other;
+}
+
+TEST(AccessRules, NeedNoPortInAHostWhereItIsThatOfHttp) {
+  const AccessRules rules{{"drone"}, 80, kToken};
+  EXPECT_TRUE(IsOurHost("drone", rules));
+  EXPECT_TRUE(IsOurHost("drone:80", rules));
+  EXPECT_FALSE(IsOurHost("drone:8765", rules));
+}
+
+TEST(OwnHosts, BeginWithOneThatABrowserOpens) {
+  EXPECT_EQ(OwnHosts("10.0.0.2").front(), "10.0.0.2");
+  EXPECT_EQ(OwnHosts("fd00::2").front(), "[fd00::2]");
+  EXPECT_EQ(OwnHosts("::1").front(), "[::1]");
+  EXPECT_NE(OwnHosts("0.0.0.0").front(), "0.0.0.0");
+  EXPECT_NE(OwnHosts("::").front(), "[::]");
 }
 
 TEST(AccessRules, KnowTheirOrigin) {

@@ -6,15 +6,39 @@
 namespace deepuav {
 namespace {
 
-constexpr int kMostPoints = 30'000, kMostKeyframes = 2'000;
+constexpr int kMostPoints = 30'000, kMostKeyframes = 2'000, kMostLoops = 500;
 
 /// Every how many-th of so many is shown.
 int Every(int count, int most) { return std::max(1, (count + most - 1) / most); }
 
+/// A world of the camera alone starts as the one of its first keyframe, whose y runs down.
+Eigen::Vector3f UpIn(GaugeKind gauge) {
+  return gauge == GaugeKind::kFree ? Eigen::Vector3f(0, -1, 0) : Eigen::Vector3f(0, 0, 1);
+}
+
+Eigen::Vector3f PlaceOf(const Keyframe& keyframe) {
+  return keyframe.cam_from_world.Inverse().translation().cast<float>();
+}
+
+std::vector<std::array<Eigen::Vector3f, 2>> LoopsOf(const Map& map, KeyframeId newest) {
+  std::vector<std::array<Eigen::Vector3f, 2>> all, shown;
+  map.keyframes().ForEach([&](const Keyframe& keyframe) {
+    for (const KeyframeId other : keyframe.loops) {
+      if (other < keyframe.id && keyframe.id <= newest)
+        all.push_back({PlaceOf(map.At(other)), PlaceOf(keyframe)});
+    }
+  });
+  const auto every = static_cast<size_t>(Every(static_cast<int>(all.size()), kMostLoops));
+  for (size_t i = 0; i < all.size(); i += every) shown.push_back(all[i]);
+  return shown;
+}
+
 }  // namespace
 
-MapView ViewOf(const Map& map, KeyframeId newest) {
+MapView ViewOf(const Map& map, GaugeKind gauge, KeyframeId newest) {
   MapView view;
+  view.up = UpIn(gauge);
+  view.loops = LoopsOf(map, newest);
   view.map = map.id().value;
   const int every_point = Every(map.LandmarkCount(), kMostPoints);
   map.landmarks().ForEach([&](const Landmark& landmark) {
@@ -31,8 +55,8 @@ MapView ViewOf(const Map& map, KeyframeId newest) {
   return view;
 }
 
-MapView ViewOf(const Map& map) {
-  return ViewOf(map, KeyframeId{std::numeric_limits<int64_t>::max()});
+MapView ViewOf(const Map& map, GaugeKind gauge) {
+  return ViewOf(map, gauge, KeyframeId{std::numeric_limits<int64_t>::max()});
 }
 
 MapView ViewOf(const MapSketch& sketch) {

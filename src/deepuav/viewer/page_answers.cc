@@ -45,14 +45,14 @@ constexpr std::array kRoutes = {
     Route{"/chart.min.js", PageFile, "chart.min.js", kScript},
 };
 
+}  // namespace
+
 PageAnswer Refusal(int status, std::string_view why) {
   PageAnswer answer;
   answer.status = status;
   answer.body = why;
   return answer;
 }
-
-}  // namespace
 
 std::string CookieName(const AccessRules& rules) {
   return fmt::format("deepuav_view_{}", rules.port);

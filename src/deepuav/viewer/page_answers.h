@@ -21,6 +21,9 @@ struct PageAnswer {
   std::string cookie, location;  ///< Headers of these names where not empty.
 };
 
+/// An answer that only says why there is none; `why` must live as long as the program.
+PageAnswer Refusal(int status, std::string_view why);
+
 /// Where the page asks for its messages by WebSocket.
 inline constexpr std::string_view kMessagesPath = "/messages";
 

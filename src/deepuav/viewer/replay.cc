@@ -19,6 +19,11 @@ int64_t MainMapOf(const RunFolder& run) {
   return main_map.empty() ? -1 : std::stoll(main_map);
 }
 
+int Count(const RunFolder& run, const char* key) {
+  const auto count = run.summary.find(key);
+  return count != run.summary.end() && count->is_number_integer() ? count->get<int>() : 0;
+}
+
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -35,6 +40,9 @@ Replay::Replay(const std::filesystem::path& folder, const ReplayOptions& options
   const RunFolder run = ReadRunFolder(folder);
   frames_ = ReadRecordedFrames(folder, MainMapOf(run));
   for (const auto& [stage, ms] : run.stage_ms) model_->AddStage(stage, 1e-3 * Median(ms));
+  // When it closed its loops is not recorded, only how many.
+  model_->CountChanges(Count(run, "closed_loops"), Count(run, "merged_maps"));
+  model_->SetPeakMemory(run.summary.value("peak_resident_mb", 0.));
   if (frames_.empty()) throw Error("{}: holds no frame to show", (folder / "frames.csv").string());
 }
 
@@ -43,8 +51,6 @@ void Replay::Run(const std::function<bool()>& stop) {
     path_.clear();
     path_map_ = -1;
     newest_ = {-1};
-    closed_loops_ = 0;
-    model_->CountChanges(0, 0);
     model_->AddEvent("the replay begins");
     Timestamp last = frames_.front().time;
     for (const RecordedFrame& frame : frames_) {
@@ -85,7 +91,8 @@ void Replay::ShowFrame(const RecordedFrame& frame) {
 void Replay::ShowMap(const RecordedFrame& frame) {
   if (path_map_ < 0 || static_cast<size_t>(path_map_) >= maps_.size()) return;
   since_map_.Restart();
-  MapView view = ViewOf(loaded_.atlas.At(maps_[static_cast<size_t>(path_map_)]), newest_);
+  const MapId map = maps_[static_cast<size_t>(path_map_)];
+  MapView view = ViewOf(loaded_.atlas.At(map), loaded_.atlas.GaugeOf(map).kind, newest_);
   view.map = frame.map >= 0 ? frame.map : path_map_;
   view.path = path_;
   model_->SetMap(std::move(view));

@@ -39,7 +39,6 @@ class Replay {
   std::vector<Eigen::Vector3f> path_;  ///< In `path_map_`, up to now.
   int64_t path_map_ = -1;
   KeyframeId newest_{-1};
-  int closed_loops_ = 0;
   Stopwatch since_map_;
 };
 

@@ -5,34 +5,18 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <chrono>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/viewer/asio_terms.h"
 #include "deepuav/viewer/own_addresses.h"
 
 namespace deepuav {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-using beast::error_code;
-
 constexpr int kMostRequests = 100;  // Of a connection.
 constexpr double kTickInterval = 0.025, kAcceptPause = 0.1;
 constexpr int kSendBufferBytes = 128 * 1024;  // What waits there is old when it arrives.
-constexpr size_t kMostMessageBytes = 1024;    // From clients.
-
-std::chrono::steady_clock::duration Seconds(double seconds) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(seconds));
-}
-
-auto Telling(error_code* problem) { return asio::redirect_error(asio::use_awaitable, *problem); }
 
 std::string_view View(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -92,6 +76,7 @@ ServerLoop::ServerLoop(ViewModel* model, const ViewServerOptions& options)
                 problem.message());
   rules_.port = acceptor_.local_endpoint().port();
   rules_.hosts = OwnHosts(options_.listen);
+  rules_.any_address = endpoint.address().is_unspecified();
   if (is_open_to_others) rules_.token = NewToken();
 }
 
@@ -119,6 +104,7 @@ void ServerLoop::Stop() {
 
 void ServerLoop::GoOnEnding() {
   all_is_told_ = true;
+  viewers_.End();
   if (viewers_.empty() || since_stop_->Seconds() >= options_.farewell_s) context_.stop();
 }
 
@@ -128,16 +114,18 @@ ServerLoop::Task<> ServerLoop::Accept() {
     error_code problem;
     tcp::socket socket = co_await acceptor_.async_accept(Telling(&problem));
     if (problem) {  // As without descriptors.
-      pause.expires_after(Seconds(kAcceptPause));
+      pause.expires_after(InSeconds(kAcceptPause));
       co_await pause.async_wait(Telling(&problem));
       continue;
     }
+    const asio::ip::address client = socket.remote_endpoint(problem).address();
+    if (problem || !rate_.Count(client)) continue;
     MakeRoom();
     socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), problem);
     socket.set_option(tcp::no_delay(true), problem);
     auto stream = std::make_shared<Stream>(std::move(socket));
     connections_.push_back(stream);
-    asio::co_spawn(context_, Serve(std::move(stream)), asio::detached);
+    asio::co_spawn(context_, Serve(std::move(stream), client), asio::detached);
   }
 }
 
@@ -150,7 +138,7 @@ void ServerLoop::MakeRoom() {
 ServerLoop::Task<> ServerLoop::Tick() {
   asio::steady_timer timer(context_);
   while (true) {
-    timer.expires_after(Seconds(kTickInterval));
+    timer.expires_after(InSeconds(kTickInterval));
     error_code problem;
     co_await timer.async_wait(Telling(&problem));
     try {
@@ -158,34 +146,34 @@ ServerLoop::Task<> ServerLoop::Tick() {
     } catch (const std::exception& error) {
       Log().debug("view: {}", error.what());
     }
-    for (const ViewerPtr& viewer : viewers_) {
-      if (viewer->since_write_began &&
-          viewer->since_write_began->Seconds() > options_.write_timeout_s)
-        Close(viewer.get());
-    }
+    viewers_.ShutOutBlocked();
     if (since_stop_) GoOnEnding();
   }
 }
 
-ServerLoop::Task<> ServerLoop::Serve(std::shared_ptr<Stream> stream) {
+ServerLoop::Task<> ServerLoop::Serve(std::shared_ptr<Stream> stream, asio::ip::address client) {
   beast::flat_buffer buffer(static_cast<size_t>(2 * options_.most_header_bytes));
   bool goes_on = true;
   for (int request = 0; goes_on && request < kMostRequests; ++request) {
     Parser parser;
     parser.header_limit(static_cast<uint32_t>(options_.most_header_bytes));
     parser.body_limit(0);
-    stream->expires_after(Seconds(options_.request_timeout_s));
+    stream->expires_after(InSeconds(options_.request_timeout_s));
     error_code problem;
     co_await http::async_read(*stream, buffer, parser, Telling(&problem));
     if (problem) {
       co_await Refuse(stream.get(), problem);
       break;
     }
+    if (!rate_.Count(client)) {
+      const PageAnswer refusal = Refusal(429, "Too many requests within a second.\n");
+      co_await Respond(stream.get(), refusal, "", false);
+      break;
+    }
     PageAnswer refusal;
     if (websocket::is_upgrade(parser.get()) && MayWatch(parser.get(), &refusal)) {
       connections_.remove(stream);
-      auto viewer = std::make_shared<Viewer>(std::move(*stream));
-      co_await Watch(std::move(viewer), parser.release());
+      co_await viewers_.Watch(std::move(*stream), parser.release());
       co_return;
     }
     goes_on = co_await Answer(stream.get(), parser);
@@ -201,25 +189,25 @@ ServerLoop::Task<bool> ServerLoop::Answer(Stream* stream, const Parser& parser) 
   const bool is_upgrade = websocket::is_upgrade(request);
   if (!is_upgrade || MayWatch(request, &answer)) answer = AnswerPage(asked, rules_);
   const bool keep_alive = request.keep_alive() && !is_upgrade && answer.status < 400;
-  Response response = ResponseOf(answer, asked.host, keep_alive);
-  stream->expires_after(Seconds(options_.write_timeout_s));
-  error_code problem;
-  co_await http::async_write(*stream, response, Telling(&problem));
-  co_return keep_alive && !problem;
+  co_return co_await Respond(stream, answer, asked.host, keep_alive);
 }
 
-ServerLoop::Task<bool> ServerLoop::Refuse(Stream* stream, error_code problem) {
+ServerLoop::Task<bool> ServerLoop::Respond(Stream* stream, const PageAnswer& answer,
+                                           std::string_view host, bool goes_on) {
+  Response response = ResponseOf(answer, host, goes_on);
+  stream->expires_after(InSeconds(options_.write_timeout_s));
+  error_code problem;
+  co_await http::async_write(*stream, response, Telling(&problem));
+  co_return goes_on && !problem;
+}
+
+ServerLoop::Task<> ServerLoop::Refuse(Stream* stream, error_code problem) {
   const bool is_parsed = problem == http::error::header_limit ||
                          problem == http::error::buffer_overflow ||
                          problem == http::error::body_limit;
-  if (!is_parsed) co_return false;
-  PageAnswer answer;
-  answer.status = 431;
-  answer.body = "The request is too large.\n";
-  Response response = ResponseOf(answer, "", false);
-  stream->expires_after(Seconds(options_.write_timeout_s));
-  co_await http::async_write(*stream, response, Telling(&problem));
-  co_return true;
+  if (!is_parsed) co_return;
+  const PageAnswer answer = Refusal(431, "The request is too large.\n");
+  co_await Respond(stream, answer, "", false);
 }
 
 bool ServerLoop::MayWatch(const Parser::value_type& request, PageAnswer* refusal) const {
@@ -232,76 +220,7 @@ bool ServerLoop::MayWatch(const Parser::value_type& request, PageAnswer* refusal
   if (SplitTarget(asked.target).path != kMessagesPath) return false;
   refusal->status = 503;
   refusal->body = "Too many look already.\n";
-  return viewers_.size() < static_cast<size_t>(options_.most_viewers);
-}
-
-ServerLoop::Task<> ServerLoop::Watch(ViewerPtr viewer, Parser::value_type request) {
-  viewers_.insert(viewer);
-  auto& socket = viewer->socket;
-  beast::get_lowest_layer(socket).expires_never();
-  socket.set_option(websocket::stream_base::timeout{Seconds(options_.request_timeout_s),
-                                                    Seconds(options_.silence_timeout_s), true});
-  socket.read_message_max(kMostMessageBytes);
-  socket.control_callback(
-      [this, raw = viewer.get()](websocket::frame_type, beast::string_view) { CountMessage(raw); });
-  error_code problem;
-  co_await socket.async_accept(request, Telling(&problem));
-  if (!problem) {
-    model_->CountWatchers(+1);
-    asio::co_spawn(context_, Listen(viewer), asio::detached);
-    co_await SendAll(viewer);
-    model_->CountWatchers(-1);
-  }
-  viewers_.erase(viewer);
-  Close(viewer.get());
-}
-
-ServerLoop::Task<> ServerLoop::Listen(ViewerPtr viewer) {
-  beast::flat_buffer buffer(kMostMessageBytes);
-  while (!viewer->is_over) {
-    error_code problem;
-    co_await viewer->socket.async_read(buffer, Telling(&problem));
-    if (problem) Close(viewer.get());
-    buffer.clear();
-    CountMessage(viewer.get());
-  }
-}
-
-ServerLoop::Task<> ServerLoop::SendAll(ViewerPtr viewer) {
-  ViewCursor cursor;
-  asio::steady_timer timer(context_);
-  while (!viewer->is_over) {
-    error_code problem;
-    const std::optional<ViewMessage> message = model_->Next(&cursor);
-    if (!message && all_is_told_) {
-      co_await viewer->socket.async_close(websocket::close_code::going_away, Telling(&problem));
-      break;
-    }
-    if (!message) {
-      timer.expires_after(Seconds(kTickInterval));
-      co_await timer.async_wait(Telling(&problem));
-      continue;
-    }
-    viewer->socket.text(message->is_text);
-    viewer->since_write_began.emplace();
-    co_await viewer->socket.async_write(asio::buffer(*message->bytes), Telling(&problem));
-    viewer->since_write_began.reset();
-    if (problem) break;
-  }
-  viewer->is_over = true;
-}
-
-void ServerLoop::CountMessage(Viewer* viewer) const {
-  if (viewer->since_counted.Seconds() > 1) {
-    viewer->since_counted.Restart();
-    viewer->messages = 0;
-  }
-  if (++viewer->messages > options_.most_messages_per_s) Close(viewer);
-}
-
-void ServerLoop::Close(Viewer* viewer) const {
-  viewer->is_over = true;
-  beast::get_lowest_layer(viewer->socket).close();
+  return viewers_.HaveRoom();
 }
 
 }  // namespace deepuav

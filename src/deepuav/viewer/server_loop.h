@@ -8,16 +8,16 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
 #include <list>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "deepuav/viewer/access_rules.h"
 #include "deepuav/viewer/page_answers.h"
+#include "deepuav/viewer/request_rate.h"
 #include "deepuav/viewer/view_server.h"
+#include "deepuav/viewer/viewers.h"
 
 namespace deepuav {
 
@@ -39,29 +39,14 @@ class ServerLoop {
   std::string Url() const;
 
  private:
-  /// A client that gets messages.
-  struct Viewer {
-    explicit Viewer(Stream stream) : socket(std::move(stream)) {}
-    boost::beast::websocket::stream<Stream> socket;
-    std::optional<Stopwatch> since_write_began;
-    Stopwatch since_counted;
-    int messages = 0;  ///< From it, since counted.
-    bool is_over = false;
-  };
-  using ViewerPtr = std::shared_ptr<Viewer>;
-
   Task<> Accept();
   Task<> Tick();
-  Task<> Serve(std::shared_ptr<Stream> stream);
+  Task<> Serve(std::shared_ptr<Stream> stream, boost::asio::ip::address client);
   Task<bool> Answer(Stream* stream, const Parser& parser);
-  Task<bool> Refuse(Stream* stream, boost::beast::error_code problem);
-  Task<> Watch(ViewerPtr viewer, Parser::value_type request);
-  Task<> Listen(ViewerPtr viewer);
-  Task<> SendAll(ViewerPtr viewer);
+  Task<bool> Respond(Stream* stream, const PageAnswer& answer, std::string_view host, bool goes_on);
+  Task<> Refuse(Stream* stream, boost::beast::error_code problem);
   void GoOnEnding();
   void MakeRoom();
-  void CountMessage(Viewer* viewer) const;
-  void Close(Viewer* viewer) const;
   bool MayWatch(const Parser::value_type& request, PageAnswer* refusal) const;
 
   ViewModel* const model_;
@@ -69,8 +54,9 @@ class ServerLoop {
   boost::asio::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   AccessRules rules_;
+  RequestRate rate_{options_.most_requests_per_s};
   std::list<std::shared_ptr<Stream>> connections_;  ///< Not viewers, the oldest first.
-  std::set<ViewerPtr> viewers_;
+  Viewers viewers_{model_, options_, &context_};
   std::optional<Stopwatch> since_stop_;
   bool all_is_told_ = false;  ///< What the model has is what viewers leave with.
 };

@@ -74,9 +74,11 @@ std::string MapMessage(const MapView& map) {
   const auto numbers = [](const Eigen::Vector3f& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
   std::string bytes = WithHeader({{"kind", "map"},
                                   {"map", map.map},
+                                  {"up", numbers(map.up)},
                                   {"points", map.points.size()},
                                   {"keyframes", map.world_from_keyframes.size()},
                                   {"path", map.path.size()},
+                                  {"loops", map.loops.size()},
                                   {"low", numbers(low)},
                                   {"size", numbers(size)}});
   for (const Eigen::Vector3f& point : map.points) {
@@ -86,9 +88,11 @@ std::string MapMessage(const MapView& map) {
     for (const double value : pose.translation()) Append(static_cast<float>(value), &bytes);
     for (const double value : pose.rotation().coeffs()) Append(static_cast<float>(value), &bytes);
   }
-  for (const Eigen::Vector3f& point : map.path) {
+  const auto append = [&bytes](const Eigen::Vector3f& point) {
     for (const float value : point) Append(value, &bytes);
-  }
+  };
+  for (const Eigen::Vector3f& point : map.path) append(point);
+  for (const auto& ends : map.loops) std::for_each(ends.begin(), ends.end(), append);
   return bytes;
 }
 

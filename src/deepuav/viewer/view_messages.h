@@ -14,9 +14,9 @@ namespace deepuav {
 /// a point, then a JPEG.
 std::string PictureMessage(const FrameView& frame);
 
-/// Header: kind "map", map, points, keyframes, path, and what the points are packed with (low,
-/// size). Then three 16-bit shares a point, seven floats a keyframe (position, quaternion x y z w),
-/// three floats a frame of the path.
+/// Header: kind "map", map, up, points, keyframes, path, loops, and what the points are packed with
+/// (low, size). Then three 16-bit shares a point, seven floats a keyframe (position, quaternion x y
+/// z w), three floats a frame of the path, six floats a loop (two positions).
 std::string MapMessage(const MapView& map);
 
 /// [x, y, z, qx, qy, qz, qw].

@@ -51,6 +51,11 @@ void ViewModel::CountChanges(int closed_loops, int merged_maps) {
   merged_maps_ = merged_maps;
 }
 
+void ViewModel::SetPeakMemory(double peak_mb) {
+  const std::scoped_lock lock(mutex_);
+  peak_mb_ = peak_mb;
+}
+
 void ViewModel::AddStage(const std::string& stage, double seconds) {
   constexpr double kNewest = 0.1;  // Its share in the mean.
   const std::scoped_lock lock(mutex_);
@@ -95,7 +100,8 @@ std::string ViewModel::StatusJson(const FeedView& feed) const {
                          {"key_points", frame_.key_points},
                          {"landmarks", frame_.landmarks},
                          {"frames_per_s", FramesPerSecond()},
-                         {"memory_mb", ResidentMb()},
+                         {"memory_mb", peak_mb_ ? *peak_mb_ : ResidentMb()},
+                         {"memory_is_peak", peak_mb_.has_value()},
                          {"keyframes", keyframes_},
                          {"points", landmarks_},
                          {"closed_loops", closed_loops_},

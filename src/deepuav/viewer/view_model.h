@@ -39,6 +39,8 @@ class ViewModel {
   void SetMap(MapView map);
   /// Loops closed and maps merged so far.
   void CountChanges(int closed_loops, int merged_maps);
+  /// Of a run that is over, in place of this program's own: the most it took; 0: not known.
+  void SetPeakMemory(double peak_mb);
   void AddStage(const std::string& stage, double seconds);
   /// A line on what happened.
   void AddEvent(const std::string& line);
@@ -70,6 +72,7 @@ class ViewModel {
   std::optional<MapView> new_map_;
   int64_t map_ = -1;
   int keyframes_ = 0, landmarks_ = 0, closed_loops_ = 0, merged_maps_ = 0;
+  std::optional<double> peak_mb_;
   std::map<std::string, double> stage_s_;  ///< Means of the latest calls.
   std::deque<Stopwatch> since_frames_;     ///< Of the latest seconds.
   uint64_t frames_ = 0, pictured_ = 0;

@@ -8,15 +8,10 @@
 #include <thread>
 
 #include "deepuav/viewer/view_messages.h"
+#include "deepuav/viewer/view_test_support.h"
 
 namespace deepuav {
 namespace {
-
-nlohmann::json HeaderOf(const std::string& bytes) {
-  uint32_t length = 0;
-  std::memcpy(&length, bytes.data(), sizeof(length));
-  return nlohmann::json::parse(bytes.substr(sizeof(length), length));
-}
 
 FrameView Picture(int64_t id) {
   FrameView frame;
@@ -70,6 +65,21 @@ TEST(ViewModel, DoesNothingUnlessWatched) {
   EXPECT_TRUE(All(model, &cursor).empty());
 }
 
+TEST(ViewModel, TellsOfItsOwnMemoryOrOfARecordedRuns) {
+  ViewModel model("flight");
+  model.CountWatchers(+1);
+  ViewCursor cursor;
+  model.Refresh(true);
+  auto status = JsonOf(*model.Next(&cursor));
+  EXPECT_GT(status["memory_mb"], 1);
+  EXPECT_EQ(status["memory_is_peak"], false);
+  model.SetPeakMemory(0.5);
+  model.Refresh(true);
+  status = JsonOf(*model.Next(&cursor));
+  EXPECT_EQ(status["memory_mb"], 0.5);
+  EXPECT_EQ(status["memory_is_peak"], true);
+}
+
 TEST(ViewModel, KeepsTheLatestEvents) {
   ViewModel model("flight");
   for (int i = 0; i < 1000; ++i) model.AddEvent(std::to_string(i));
@@ -92,8 +102,7 @@ TEST(ViewModel, ASlowClientGetsEveryTopic) {
     RefreshLater(&model);
     const auto message = model.Next(&cursor);
     ASSERT_TRUE(message);
-    kinds.insert(message->is_text ? "status"
-                                  : HeaderOf(*message->bytes)["kind"].get<std::string>());
+    kinds.insert(JsonOf(*message)["kind"].get<std::string>());
   }
   EXPECT_THAT(kinds, testing::ElementsAre("map", "picture", "status"));
 }
@@ -115,10 +124,18 @@ TEST(ViewMessages, AMapHoldsWhatItsHeaderCounts) {
   map.points = {{0, 0, 1}, {2, 0, 1}};
   map.world_from_keyframes = {SE3()};
   map.path = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  map.loops = {{Eigen::Vector3f(0, 1, 2), Eigen::Vector3f(3, 4, 5)}};
+  map.up = {0, 0, 1};
   const std::string bytes = MapMessage(map);
   const auto header = HeaderOf(bytes);
   EXPECT_EQ(header["size"], (nlohmann::json{2, 0, 0}));
-  EXPECT_EQ(bytes.size(), sizeof(uint32_t) + header.dump().size() + 2 * 3 * 2 + 7 * 4 + 3 * 3 * 4);
+  EXPECT_EQ(header["up"], (nlohmann::json{0, 0, 1}));
+  EXPECT_EQ(header["loops"], 1);
+  const size_t floats = sizeof(uint32_t) + header.dump().size() + 2 * 3 * 2;
+  EXPECT_EQ(bytes.size(), floats + (7 + 3 * 3 + 2 * 3) * sizeof(float));
+  float ends[6];
+  std::memcpy(ends, bytes.data() + bytes.size() - sizeof(ends), sizeof(ends));
+  EXPECT_THAT(ends, testing::ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_EQ(HeaderOf(MapMessage({}))["points"], 0);
 }
 

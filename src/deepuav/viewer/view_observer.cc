@@ -101,18 +101,30 @@ void ViewObserver::OnMap(const MapEvent& event) {
   model_->CountChanges(closed_loops_, merged_maps_);
 }
 
+void ViewObserver::OnGauge(MapId map, int64_t /*revision*/, const Gauge& gauge) {
+  const std::scoped_lock lock(mutex_);
+  gauges_[map] = gauge.kind;
+}
+
+GaugeKind ViewObserver::GaugeOf(MapId map) {
+  const std::scoped_lock lock(mutex_);
+  const auto told = gauges_.find(map);
+  return told == gauges_.end() ? GaugeKind::kFree : told->second;
+}
+
 void ViewObserver::OnMapState(const Map& map) {
   if (map_was_shown_ && !changed_ && since_map_.Seconds() < kMapInterval) return;
   map_was_shown_ = true;
   changed_ = false;
   since_map_.Restart();
-  MapView view = ViewOf(map);
+  MapView view = ViewOf(map, GaugeOf(map.id()));
   view.path = PathIn(map);
   model_->SetMap(std::move(view));
 }
 
 void ViewObserver::OnRestart() {
   const std::scoped_lock lock(mutex_);
+  gauges_.clear();
   path_.clear();
   every_ = 1;
   map_was_shown_ = changed_ = false;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <deque>
+#include <map>
 #include <mutex>
 
 #include "deepuav/geometry/camera.h"
@@ -20,6 +21,7 @@ class ViewObserver : public RunObserver {
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
   void OnMap(const MapEvent& event) override;
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override;
   void OnSketch(const MapSketch& sketch) override { model_->SetMap(ViewOf(sketch)); }
   void OnMapState(const Map& map) override;
   void OnRestart() override;
@@ -36,10 +38,12 @@ class ViewObserver : public RunObserver {
 
   void AddToPath(const FrameRecord& record);
   std::vector<Eigen::Vector3f> PathIn(const Map& map);
+  GaugeKind GaugeOf(MapId map);
 
   const Camera camera_;
   ViewModel* const model_;
   std::mutex mutex_;
+  std::map<MapId, GaugeKind> gauges_;  ///< Of maps whose gauge was told.
   std::deque<PathFrame> path_;
   int64_t every_ = 1;  ///< Which frames are on the path: every so many-th.
   // Of the mapping's thread alone.

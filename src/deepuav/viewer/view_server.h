@@ -13,13 +13,14 @@ struct ViewServerOptions {
   std::string listen = "127.0.0.1";  ///< An address of this machine; others than its own: a token.
   int port = 8765;                   ///< 0: any that is free.
   int most_connections = 64;         ///< That have not become viewers; the oldest makes room.
-  int most_viewers = 16;
+  int most_viewers = 16;             ///< Who does not show that he reads makes room.
   int most_header_bytes = 8192;
   double request_timeout_s = 5;   ///< For a request to be complete.
   double write_timeout_s = 10;    ///< For a client to take a message.
   double silence_timeout_s = 20;  ///< Without a sign of life.
   double farewell_s = 5;          ///< At the end, for clients to take the newest of all.
   int most_messages_per_s = 20;   ///< From a client, which has nothing to say.
+  int most_requests_per_s = 100;  ///< And connections, of an address other than the loopback.
 
   /// Throws Error for values that cannot be.
   void Check() const;
@@ -40,6 +41,7 @@ struct ViewServerOptions {
     visit("farewell_s", farewell_s, "s", "at the end, for clients to take the newest of all",
           Between(0, 60));
     visit("most_messages_per_s", most_messages_per_s, "", "from a client", Between(1, 100'000));
+    visit("most_requests_per_s", most_requests_per_s, "", "of an address", Between(1, 100'000));
   }
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct MapView {
   int landmarks = 0, keyframes = 0;     ///< All of them.
   std::vector<SE3> world_from_keyframes;
   std::vector<Eigen::Vector3f> path;  ///< Of the frames, by time.
+  /// Where the keyframes are that closed loops tie, two by two; evenly thinned out.
+  std::vector<std::array<Eigen::Vector3f, 2>> loops;
+  Eigen::Vector3f up{0, -1, 0};  ///< Along an axis of the world.
 };
 
 /// What is shown of where the images come from.

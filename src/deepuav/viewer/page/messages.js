@@ -26,7 +26,8 @@ DeepUav.withMap = function (message, body) {
     positions.set(floats.subarray(7 * i, 7 * i + 3), 3 * i);
     rotations.set(floats.subarray(7 * i + 3, 7 * i + 7), 4 * i);
   }
-  return { ...message, points, positions, rotations, path: floats.subarray(7 * message.keyframes) };
+  const poses = 7 * message.keyframes, path = floats.subarray(poses, poses + 3 * message.path);
+  return { ...message, points, positions, rotations, path, loops: floats.subarray(poses + 3 * message.path) };
 };
 
 // Calls `listener` with each message, and `state` with whether the program is there; asks again where it is not.

@@ -5,9 +5,8 @@
   const byId = (id) => document.getElementById(id);
   const start = performance.now();
   const seconds = () => (performance.now() - start) / 1000;
-  const up = [0, -1, 0]; // A map's world starts as the camera of its first keyframe, whose y runs down.
-  const scene = new DeepUav.Scene(byId("scene"), up);
-  const pathColor = "#43c0c4", keyframeColor = "#9bd770", cameraColor = "#ffb347";
+  const scene = new DeepUav.Scene(byId("scene"), [0, -1, 0]);
+  const pathColor = "#43c0c4", keyframeColor = "#9bd770", cameraColor = "#ffb347", loopColor = "#ff5fa2";
   const rate = new DeepUav.LatestChart(byId("rate-chart"), DeepUav.runColor(0));
   const landmarks = new DeepUav.LatestChart(byId("landmarks-chart"), DeepUav.runColor(2));
   const stages = new DeepUav.StagesChart(byId("stages-chart"));
@@ -46,7 +45,7 @@
     tile("Keyframes", status.keyframes);
     tile("Points", status.points);
     tile("Loops", status.closed_loops, "", `${status.merged_maps} maps merged`);
-    tile("Memory", status.memory_mb.toFixed(0), "MB");
+    if (status.memory_mb > 0) tile("Memory", status.memory_mb.toFixed(0), "MB", status.memory_is_peak ? "at most" : "");
     if (status.link) tile("Link", status.link.split(",")[0], "", status.link.split(", ")[1] || `${status.reconnects} times again`);
     if (status.arrived) tile("Overtaken", status.skipped, "", `of ${status.arrived} images`);
   }
@@ -112,21 +111,38 @@
     return box;
   }
 
+  // Whether the world is now seen another way up.
+  function turn(up) {
+    if (scene.up.equals(new THREE.Vector3(...up))) return false;
+    scene.setUp(up);
+    return true;
+  }
+
+  function putLoops(ends) {
+    if (!ends.length) return scene.remove("loops");
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+    scene.put("loops", new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: loopColor })));
+  }
+
   function showMap(message) {
     const shades = new Float32Array(message.points.length).fill(0.72);
     scene.putCloud("points", message.points, shades, 1.6);
     scene.putPath("path", message.path, { color: pathColor });
     const box = boxOf(message), size = box.getSize(new THREE.Vector3()).length();
     scene.putCameras("keyframes", message.positions, message.rotations, 0.012 * size, keyframeColor);
+    putLoops(message.loops);
     showLayers();
+    const turned = turn(message.up);
     const grew = !fitted || !fitted.clone().expandByScalar(0.1 * size).containsBox(box);
-    if (byId("follow").checked && grew && size > 0) scene.fit(fitted = box);
+    if (size > 0 && (turned || (byId("follow").checked && grew))) scene.fit(fitted = box);
     else scene.draw();
   }
 
   function showLayers() {
     scene.show("points", byId("show-points").checked);
     scene.show("keyframes", byId("show-keyframes").checked);
+    scene.show("loops", byId("show-loops").checked);
     scene.draw();
   }
 
@@ -143,6 +159,7 @@
   const show = { status: showStatus, picture: showPicture, map: showMap, events: showEvents };
   byId("show-points").addEventListener("change", showLayers);
   byId("show-keyframes").addEventListener("change", showLayers);
+  byId("show-loops").addEventListener("change", showLayers);
   byId("fit").addEventListener("click", () => fitted && scene.fit());
   byId("above").addEventListener("click", () => fitted && scene.fit(scene.box, 0, 89));
   byId("side").addEventListener("click", () => fitted && scene.fit(scene.box, 0, 5));
