@@ -4,6 +4,7 @@ give what the command line gives, to the byte.
 
   library_test.py CMAKE BUILD_FOLDER
 """
+import json
 import os
 import re
 import shlex
@@ -152,6 +153,19 @@ class LibraryTest(unittest.TestCase):
         out, _ = self.consume(self.scene, "live")
         self.assertIn('"schedule": "live"', (out / "summary.json").read_text())
 
+    def test_live_what_is_kept_is_bounded(self):
+        fed = 600_000
+        for schedule, frames, least, most in (("live", "10000", 360_000, 540_000), ("threaded", "0", fed, fed)):
+            with self.subTest(schedule):
+                summary = json.loads(self.call_consumer("default", "consumer", "samples", self.scene, schedule, str(fed)))
+                self.assertEqual(summary["options"]["system.max_records"], frames)
+                kept = {sensor["sensor"]: sensor["samples"] for sensor in summary["sensors"]["found"]}
+                self.assertEqual(set(kept), {"imu", "gnss", "barometer"})
+                self.assertTrue(least <= min(kept.values()) <= max(kept.values()) <= most, kept)
+
+    def test_a_run_over_a_dataset_can_be_stopped(self):
+        self.assertLessEqual(int(self.call_consumer("default", "consumer", "stopped", self.scene)), 10)
+
     def test_matches_are_the_commands(self):
         first, second = sorted((self.scene / "mav0/cam0/data").iterdir())[:2]
         matches = self.call(self.programs["default"] / "consumer", "match", first, second)
@@ -161,6 +175,10 @@ class LibraryTest(unittest.TestCase):
     def test_misuse_is_refused_by_one_exception(self):
         for flags in ("default", "asan"):
             self.call_consumer(flags, "consumer", "misuse", self.scene, self.expected / "map.deepuav")
+
+    def test_a_lack_of_memory_is_told_by_it_too(self):
+        for flags in ("default", "native"):
+            self.call_consumer(flags, "consumer", "memory", self.scene, self.expected / "map.deepuav")
 
     def test_nothing_of_the_inside_is_shown(self):
         library = self.prefix / "lib/libdeepuav.so"

@@ -1,14 +1,19 @@
 // What tests/library_test.py asks of the installed library, from a program of its own:
 //   consumer run SEQUENCE OUT SCHEDULE none|slow|throwing    prints "frames keyframes maps dropped"
 //   consumer survey PHOTOGRAPHS OUT                          the same
-//   consumer match A B                                       prints the matches
-//   consumer misuse SEQUENCE MAP                             exits with 0 where all is refused as
-//   it should
+//   consumer stopped SEQUENCE                                prints the number of frames of a run
+//   that is stopped early
+//   consumer samples SEQUENCE SCHEDULE COUNT                 prints the summary of a run that is
+//   fed so many samples of each sensor consumer match A B prints the matches consumer misuse
+//   SEQUENCE MAP                             exits with 0 where all is refused as it should
+//   consumer memory SEQUENCE MAP                             exits with 0 where a lack of memory is
+//   told as any error
 #include <deepuav/api/evaluate.h>
 #include <deepuav/api/map.h>
 #include <deepuav/api/match.h>
 #include <deepuav/api/slam.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
@@ -16,12 +21,29 @@
 #include <iomanip>
 #include <iostream>
 #include <limits>
+#include <new>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
+
+#if !defined(__SANITIZE_ADDRESS__)  // Which has its own.
+namespace {
+/// The next allocation of this thread fails.
+thread_local bool memory_is_short = false;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  void* memory = memory_is_short ? nullptr : std::malloc(size > 0 ? size : 1);
+  memory_is_short = false;
+  if (memory) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#endif
 
 namespace {
 
@@ -130,6 +152,30 @@ int Survey(const std::string& photographs, const std::string& out) {
   return result.Failure().empty() ? 0 : 1;
 }
 
+int Stopped(const std::string& sequence) {
+  constexpr int kLooks = 10;
+  std::atomic<int> looks{0};
+  api::DatasetSetup setup;
+  setup.dataset = sequence;
+  setup.stop = [&looks] { return ++looks > kLooks; };
+  std::cout << api::Run(setup).Frames().size() << "\n";
+  return 0;
+}
+
+int Samples(const std::string& sequence, const std::string& schedule, int count) {
+  api::RunSetup setup;
+  setup.schedule = schedule;
+  setup.imu.emplace();
+  api::Slam slam(api::ReadCamera(sequence + "/mav0/cam0/sensor.yaml"), {}, setup);
+  for (int i = 0; i < count; ++i) {
+    slam.FeedImu({i, {}, {0, 0, 9.8}});
+    slam.FeedFix({i, 47, 8, 400, {}});
+    slam.FeedBarometer({i, 400});
+  }
+  std::cout << slam.Finish().SummaryJson();
+  return 0;
+}
+
 int Match(const std::string& a, const std::string& b) {
   api::Matcher matcher;
   const cv::Mat image_a = cv::imread(a, cv::IMREAD_COLOR), image_b = cv::imread(b);
@@ -192,13 +238,41 @@ int Misuse(const std::string& sequence, const std::string& map_file) {
   return good ? 0 : 1;
 }
 
+#if !defined(__SANITIZE_ADDRESS__)
+int Memory(const std::string& sequence, const std::string& map_file) {
+  const api::Map map = api::Map::Load(map_file);
+  api::DatasetSetup setup;
+  setup.dataset = sequence;
+  const api::Result result = api::Run(setup);
+  const api::Options options;
+  const auto told = [](const auto& act) {
+    return Refused("bad_alloc", [&] {
+      memory_is_short = true;
+      act();
+    });
+  };
+  bool good = told([&] { map.Keyframes(); }) && told([&] { map.Landmarks(); });
+  good &= told([&] { map.Maps(); }) && told([&] { map.MapCamera(); });
+  good &= told([&] { result.Frames(); }) && told([&] { result.Keyframes(); });
+  good &= told([&] { result.Landmarks(); }) && told([&] { result.Maps(); });
+  good &= told([&] { result.MainMap(); }) && told([&] { result.FinalCamera(); });
+  good &= told([&] { options.List(); }) && told([&] { const api::Options copy(options); });
+  return good ? 0 : 1;
+}
+#endif
+
 }  // namespace
 
 int main(int argc, char** argv) try {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.at(0) == "run") return Run(words.at(1), words.at(2), words.at(3), words.at(4));
   if (words.at(0) == "survey") return Survey(words.at(1), words.at(2));
+  if (words.at(0) == "stopped") return Stopped(words.at(1));
+  if (words.at(0) == "samples") return Samples(words.at(1), words.at(2), std::stoi(words.at(3)));
   if (words.at(0) == "match") return Match(words.at(1), words.at(2));
+#if !defined(__SANITIZE_ADDRESS__)
+  if (words.at(0) == "memory") return Memory(words.at(1), words.at(2));
+#endif
   return Misuse(words.at(1), words.at(2));
 } catch (const std::exception& error) {
   std::cerr << error.what() << "\n";

@@ -1,5 +1,6 @@
 #include "deepuav/api/event_queue.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "deepuav/api/conversions.h"
@@ -48,13 +49,23 @@ void EventQueue::OnMap(const core::MapEvent& event) {
 void EventQueue::Push(Event event) {
   {
     const std::scoped_lock lock(mutex_);
-    if (events_.size() == capacity_) {
-      events_.pop_front();
-      ++dropped_;
-    }
-    events_.push_back(std::move(event));
+    events_.push_back({std::move(event), 0});
+    DropBeyond(capacity_, IsPose);
+    DropBeyond(kMostChanges, IsChange);
   }
   filled_.notify_one();
+}
+
+bool EventQueue::IsPose(const Event& event) {
+  return std::holds_alternative<FrameEvent>(event) || std::holds_alternative<KeyframeEvent>(event);
+}
+
+void EventQueue::DropBeyond(size_t most, bool (*is_of_kind)(const Event&)) {
+  const auto is_one = [=](const Waiting& waiting) { return is_of_kind(waiting.event); };
+  if (static_cast<size_t>(std::ranges::count_if(events_, is_one)) <= most) return;
+  const auto oldest = std::ranges::find_if(events_, is_one);
+  const std::int64_t dropped = oldest->dropped_before + 1;
+  events_.erase(oldest)->dropped_before += dropped;  // The newest is behind it.
 }
 
 void EventQueue::Deliver() {
@@ -62,11 +73,10 @@ void EventQueue::Deliver() {
   while (true) {
     filled_.wait(lock, [this] { return closed_ || !events_.empty(); });
     if (events_.empty()) return;
-    const Event event = std::move(events_.front());
+    const Waiting next = std::move(events_.front());
     events_.pop_front();
-    const std::int64_t dropped = std::exchange(dropped_, 0);
     lock.unlock();
-    Tell(event, dropped);
+    Tell(next.event, next.dropped_before);
     lock.lock();
   }
 }

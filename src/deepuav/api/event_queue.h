@@ -13,10 +13,16 @@
 namespace deepuav::api {
 
 /// Copies what happens in a run and tells it to an observer on a thread of its own. Whoever tells
-/// it waits for no one but another who does. Thread-safe.
+/// it waits for no one but another who does. What an observer cannot do without, changes of maps
+/// and a run that begins anew, is not dropped for frames and keyframes that crowd in. Thread-safe.
 class EventQueue : public ::deepuav::RunObserver {
  public:
-  /// `observer` must outlive it. `capacity`: events that wait at most; then the oldest is dropped.
+  /// Changes of maps that wait at most. They are rare.
+  static constexpr size_t kMostChanges = 1024;
+
+  /// `observer` must outlive it. `capacity`: frames and keyframes that wait at most, beside
+  /// kMostChanges changes and a beginning anew, of which a run has one; then the oldest of the same
+  /// kind is dropped.
   EventQueue(Observer* observer, size_t capacity);
   /// Returns once those that wait were told.
   ~EventQueue() override;
@@ -29,8 +35,16 @@ class EventQueue : public ::deepuav::RunObserver {
  private:
   struct Restart {};
   using Event = std::variant<FrameEvent, KeyframeEvent, MapEvent, Restart>;
+  struct Waiting {
+    Event event;
+    std::int64_t dropped_before = 0;  ///< Since the one before it.
+  };
+
+  static bool IsPose(const Event& event);
+  static bool IsChange(const Event& event) { return std::holds_alternative<MapEvent>(event); }
 
   void Push(Event event);
+  void DropBeyond(size_t most, bool (*is_of_kind)(const Event&));
   void Deliver();
   void Tell(const Event& event, std::int64_t dropped);
 
@@ -38,8 +52,7 @@ class EventQueue : public ::deepuav::RunObserver {
   const size_t capacity_;
   std::mutex mutex_;
   std::condition_variable filled_;
-  std::deque<Event> events_;
-  std::int64_t dropped_ = 0;  ///< Since the last one delivered.
+  std::deque<Waiting> events_;
   bool closed_ = false;
   bool is_broken_ = false;  ///< The observer threw. Of the thread alone.
   std::thread thread_;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <future>
+#include <semaphore>
 #include <stdexcept>
 
 namespace deepuav::api {
@@ -23,10 +24,14 @@ class Recorder : public Observer {
  public:
   void OnFrame(const FrameEvent& event) override {
     frames.push_back(event.frame);
+    entered.release();
     if (block) released.wait();
     if (throws) throw std::runtime_error("no");
   }
-  void OnMap(const MapEvent& event) override { maps.push_back(event); }
+  void OnMap(const MapEvent& event) override {
+    maps.push_back(event);
+    dropped_before_map.push_back(dropped);
+  }
   void OnRestart() override {
     ++restarts;
     frames.clear();
@@ -35,9 +40,11 @@ class Recorder : public Observer {
 
   std::vector<Frame> frames;
   std::vector<MapEvent> maps;
+  std::vector<std::int64_t> dropped_before_map;
   std::int64_t dropped = 0;
   int restarts = 0;
   bool block = false, throws = false;
+  std::counting_semaphore<> entered{0};  ///< OnFrame.
   std::shared_future<void> released;
 };
 
@@ -92,6 +99,54 @@ TEST(EventQueue, DropsTheOldestOfASlowObserverAndCounts) {
   EXPECT_EQ(static_cast<std::int64_t>(recorder.frames.size()) + recorder.dropped, 20);
   EXPECT_GE(recorder.dropped, 15);
   EXPECT_EQ(recorder.frames.back().id, 19);
+}
+
+TEST(EventQueue, ASlowObserverIsToldOfEveryChangeInItsPlace) {
+  Recorder recorder;
+  std::promise<void> release;
+  recorder.block = true;
+  recorder.released = release.get_future().share();
+  {
+    EventQueue queue(&recorder, 4);
+    queue.OnFrame(RecordOf(0), {});
+    recorder.entered.acquire();
+    int64_t id = 1;
+    for (; id < 10; ++id) queue.OnFrame(RecordOf(id), {});
+    queue.OnMap({::deepuav::MapChange::kMerged, MapId{1}, MapId{0}});
+    queue.OnRestart();
+    for (; id < 20; ++id) queue.OnFrame(RecordOf(id), {});
+    queue.OnMap({::deepuav::MapChange::kLoopClosed, MapId{0}, MapId{0}});
+    for (; id < 22; ++id) queue.OnFrame(RecordOf(id), {});
+    release.set_value();
+  }
+  EXPECT_EQ(recorder.restarts, 1);
+  ASSERT_EQ(recorder.maps.size(), 2u);
+  EXPECT_EQ(recorder.maps[0].change, MapChange::kMerged);
+  EXPECT_EQ(recorder.maps[1].change, MapChange::kLoopClosed);
+  EXPECT_THAT(Ids(recorder), ElementsAre(18, 19, 20, 21));
+  EXPECT_THAT(recorder.dropped_before_map, ElementsAre(9, 9 + 8));
+  EXPECT_EQ(recorder.dropped, 9 + 8);
+}
+
+TEST(EventQueue, ChangesThatWaitAreLimitedToo) {
+  Recorder recorder;
+  std::promise<void> release;
+  recorder.block = true;
+  recorder.released = release.get_future().share();
+  constexpr int kMore = 100, kChanges = static_cast<int>(EventQueue::kMostChanges) + kMore;
+  {
+    EventQueue queue(&recorder, 4);
+    queue.OnFrame(RecordOf(0), {});
+    queue.OnRestart();
+    for (int64_t map = 0; map < kChanges; ++map)
+      queue.OnMap({::deepuav::MapChange::kStarted, MapId{map}, MapId{map}});
+    release.set_value();
+  }
+  EXPECT_EQ(recorder.restarts, 1);
+  EXPECT_EQ(recorder.dropped, kMore);
+  ASSERT_EQ(recorder.maps.size(), EventQueue::kMostChanges);
+  EXPECT_EQ(recorder.maps.front().map, kMore);
+  EXPECT_EQ(recorder.maps.back().map, kChanges - 1);
 }
 
 TEST(EventQueue, AnObserverThatThrowsIsToldNothingMore) {

@@ -22,13 +22,20 @@ Map Map::Load(const std::string& file) {
 }
 
 std::vector<Keyframe> Map::Keyframes() const {
-  return KeyframesOf(data_->loaded.atlas, data_->loaded.origin.image_names);
+  return Guarded(
+      [&] { return KeyframesOf(data_->loaded.atlas, data_->loaded.origin.image_names); });
 }
 
-std::vector<Landmark> Map::Landmarks() const { return LandmarksOf(data_->loaded.atlas); }
+std::vector<Landmark> Map::Landmarks() const {
+  return Guarded([&] { return LandmarksOf(data_->loaded.atlas); });
+}
 
-std::vector<MapInfo> Map::Maps() const { return MapsOf(data_->loaded.atlas); }
+std::vector<MapInfo> Map::Maps() const {
+  return Guarded([&] { return MapsOf(data_->loaded.atlas); });
+}
 
-Camera Map::MapCamera() const { return ToApi(data_->loaded.camera); }
+Camera Map::MapCamera() const {
+  return Guarded([&] { return ToApi(data_->loaded.camera); });
+}
 
 }  // namespace deepuav::api

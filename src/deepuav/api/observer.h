@@ -35,8 +35,9 @@ struct MapEvent {
 
 /// Watches a run. Calls come one after the other, in the order of what happened, on a thread of the
 /// library's own. Events wait in a queue of limited size; when an observer is too slow for it, the
-/// oldest are dropped and counted. Watching never changes or holds up the run; what an observer
-/// throws is ignored, and it is not called any more.
+/// oldest frames and keyframes are dropped and counted, and changes of maps only where a thousand
+/// of them wait. Watching never changes or holds up the run; what an observer throws is ignored,
+/// and it is not called any more.
 class DEEPUAV_API Observer {
  public:
   Observer();

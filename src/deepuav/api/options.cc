@@ -12,18 +12,18 @@ void Options::Data::Apply(const Step& step, OptionRegistry* registry) const {
   registry->Set(step.name, step.value);
 }
 
-Options::Options() : data_(std::make_unique<Data>()) {}
+Options::Options() : data_(Guarded([] { return std::make_unique<Data>(); })) {}
 
 Options::Options(const Options& other) : Options() { *this = other; }
 
 Options& Options::operator=(const Options& other) {
   if (this == &other) return *this;
-  auto data = std::make_unique<Data>();
-  data->steps = other.data_->steps;
-  Guarded([&] {
+  data_ = Guarded([&] {
+    auto data = std::make_unique<Data>();
+    data->steps = other.data_->steps;
     for (const Data::Step& step : data->steps) data->Apply(step, &data->checked.registry);
+    return data;
   });
-  data_ = std::move(data);
   return *this;
 }
 
@@ -44,10 +44,12 @@ void Options::Load(const std::string& file) {
 }
 
 std::vector<OptionValue> Options::List() const {
-  std::vector<OptionValue> values;
-  for (const auto& [name, entry] : data_->checked.registry.entries())
-    values.push_back({name, entry.get(), entry.unit, entry.meaning});
-  return values;
+  return Guarded([&] {
+    std::vector<OptionValue> values;
+    for (const auto& [name, entry] : data_->checked.registry.entries())
+      values.push_back({name, entry.get(), entry.unit, entry.meaning});
+    return values;
+  });
 }
 
 std::unique_ptr<RunSettings> Access::Settings(const Options& options,

@@ -43,6 +43,17 @@ std::unique_ptr<EventQueue> QueueFor(Observer* observer, size_t burst = 0) {
   return observer ? std::make_unique<EventQueue>(observer, kWaiting + burst) : nullptr;
 }
 
+std::vector<Frame> FramesOf(const FinishedRun& run) {
+  const auto numbers = NumbersInFile(run.atlas);
+  std::vector<Frame> frames;
+  for (const FrameRecord& record : run.result.frames) {
+    Frame frame = FrameOf(record);
+    if (record.located()) frame.map = static_cast<int>(numbers.at(run.atlas.Current(record.map)));
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
 }  // namespace
 
 struct Result::Data {
@@ -74,33 +85,36 @@ Result& Result::operator=(Result&& other) noexcept = default;
 Result::~Result() = default;
 
 std::vector<Frame> Result::Frames() const {
-  const auto numbers = NumbersInFile(data_->run.atlas);
-  std::vector<Frame> frames;
-  for (const FrameRecord& record : data_->run.result.frames) {
-    Frame frame = FrameOf(record);
-    if (record.located())
-      frame.map = static_cast<int>(numbers.at(data_->run.atlas.Current(record.map)));
-    frames.push_back(std::move(frame));
-  }
-  return frames;
+  return Guarded([&] { return FramesOf(data_->run); });
 }
 
 std::vector<Keyframe> Result::Keyframes() const {
-  return KeyframesOf(data_->run.atlas, data_->run.facts.map_origin.image_names);
+  return Guarded(
+      [&] { return KeyframesOf(data_->run.atlas, data_->run.facts.map_origin.image_names); });
 }
 
-std::vector<Landmark> Result::Landmarks() const { return LandmarksOf(data_->run.atlas); }
+std::vector<Landmark> Result::Landmarks() const {
+  return Guarded([&] { return LandmarksOf(data_->run.atlas); });
+}
 
-std::vector<MapInfo> Result::Maps() const { return MapsOf(data_->run.atlas); }
+std::vector<MapInfo> Result::Maps() const {
+  return Guarded([&] { return MapsOf(data_->run.atlas); });
+}
 
 int Result::MainMap() const {
-  const MapId main = core::MainMap(FramesByMap(data_->run.atlas, data_->run.result));
-  return main.valid() ? static_cast<int>(NumbersInFile(data_->run.atlas).at(main)) : -1;
+  return Guarded([&] {
+    const MapId main = core::MainMap(FramesByMap(data_->run.atlas, data_->run.result));
+    return main.valid() ? static_cast<int>(NumbersInFile(data_->run.atlas).at(main)) : -1;
+  });
 }
 
-Camera Result::FinalCamera() const { return ToApi(data_->run.facts.calibration.camera); }
+Camera Result::FinalCamera() const {
+  return Guarded([&] { return ToApi(data_->run.facts.calibration.camera); });
+}
 
-std::string Result::Failure() const { return data_->run.result.failure; }
+std::string Result::Failure() const {
+  return Guarded([&] { return data_->run.result.failure; });
+}
 
 std::string Result::SummaryJson() const {
   const FinishedRun& run = data_->run;
@@ -167,6 +181,7 @@ Result Run(const DatasetSetup& setup, const Options& options) {
         QueueFor(setup.observer, run.IsSurvey() ? static_cast<size_t>(run.images()) : 0);
     RunHooks hooks;
     hooks.observer = events.get();
+    hooks.stop = setup.stop;
     auto data = std::make_unique<Result::Data>();
     data->run = run.Run(hooks);
     return Result(std::move(data));

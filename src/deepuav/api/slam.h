@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -128,6 +129,10 @@ struct DatasetSetup {
   /// Null: none. Photographs that are mapped all at once have no pose when it is told of them; maps
   /// and their keyframes follow when they are done.
   Observer* observer = nullptr;
+  /// Asked at each image and more often, by several of the run's threads at once: whether to end.
+  /// Then no more images are looked at, and the result is that of those before, within a few
+  /// seconds (system.finish_stopped_s). Must not throw. Empty: never.
+  std::function<bool()> stop = {};
 };
 
 /// SLAM over a dataset: the same bytes as `deepuav run`. May be called from several threads. Throws

@@ -10,10 +10,11 @@
 #include "deepuav/api/export.h"
 
 /// What other programs see of Deep-UAV SLAM: plain values, C++17, the same under all flags of a
-/// compiler with libstdc++. Lengths are metres where a map is metric or georeferenced, else the
-/// map's own unit; angles are radians, times nanoseconds of one clock. Pixel (0, 0) is the centre
-/// of the top-left pixel. A transform a_from_b maps points of b into a; a camera looks along z, x
-/// right, y down.
+/// compiler with libstdc++ but those that change its own types, of which std::string, std::vector
+/// and the like are used: _GLIBCXX_DEBUG and _GLIBCXX_USE_CXX11_ABI=0. Lengths are metres where a
+/// map is metric or georeferenced, else the map's own unit; angles are radians, times nanoseconds
+/// of one clock. Pixel (0, 0) is the centre of the top-left pixel. A transform a_from_b maps points
+/// of b into a; a camera looks along z, x right, y down.
 namespace deepuav::api {
 
 /// The only exception that leaves the library. The message is one line that says what was found and
