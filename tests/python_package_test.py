@@ -7,6 +7,7 @@ command line gives, to the byte. Skipped where there is no package index, or no 
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILD = None
 FRAMES = 40
 PYTHON = "/usr/bin/python3"
+TIMEOUT_S = 300
 PACKAGES = ("scikit-build-core>=0.10", "nanobind>=2.2")
 SKIPPED = 77
 
@@ -68,6 +70,77 @@ kept = deepuav.Slam(camera, on_map=lambda event: kept)  # given up, in a circle
 """
 
 
+# Of several threads at once, what they do one after the other.
+THREADS = """
+import pathlib, numpy as np, deepuav
+from concurrent.futures import ThreadPoolExecutor
+images = sorted(pathlib.Path("scene/mav0/cam0/data").iterdir())
+pairs = [(images[i], images[i + 1 + i % 3]) for i in range(6)]
+alone = [deepuav.match(*pair) for pair in pairs]
+with ThreadPoolExecutor(4) as pool:
+    together = list(pool.map(lambda pair: deepuav.match(*pair), 2 * pairs))
+for one, other in zip(2 * alone, together):
+    assert len(one.score) > 20 and all(np.array_equal(*both) for both in zip(one, other))
+"""
+
+# Other threads go on while the library works: one writes what is read, the other counts.
+UNLOCKED = """
+import os, threading, time, numpy as np, deepuav
+reading, writing = os.pipe()
+def write():
+    time.sleep(0.2)
+    os.write(writing, b"features:\\n  keypoints: 123\\n")
+    os.close(writing)
+threading.Thread(target=write).start()
+options = deepuav.Options()
+options.load(f"/dev/fd/{reading}")
+assert dict(row[:2] for row in options.values())["features.keypoints"] == "123"
+ticks, end = [], threading.Event()
+def tick():
+    while not end.wait(0.001): ticks.append(time.monotonic())
+ticking = threading.Thread(target=tick)
+ticking.start()
+poses = np.tile(np.eye(4), (200_000, 1, 1))
+poses[:, :3, 3] = np.random.default_rng(1).normal(size=(len(poses), 3))
+times = np.arange(len(poses)) * 10**8
+start = time.monotonic()
+deepuav.evaluate((times, poses), (times, poses))
+took = time.monotonic() - start
+end.set()
+ticking.join()
+assert any(0.3 < (tick - start) / took < 0.7 for tick in ticks), (took, len(ticks))
+"""
+
+# A watcher that is held up until more happened than waits for it, and one of a run that begins anew.
+WATCHED = """
+import threading, numpy as np, deepuav
+told, dropped, gate = [], [], threading.Event()
+def on_frame(frame):
+    gate.wait()
+    told.append(frame["id"])
+camera = deepuav.Camera(320, 240, 200, 200, 160, 120)
+slam = deepuav.Slam(camera, deepuav.options(features__size="small"), on_frame=on_frame, on_dropped=dropped.append)
+image = np.random.default_rng(1).integers(0, 255, (240, 320), np.uint8)
+for index in range(300): slam.feed(image, index)
+gate.set()
+slam.finish()
+assert told[-1] == 299 and sum(dropped) >= 300 - len(told) > 0, (len(told), dropped)
+states, restarts = [], []
+deepuav.run("rolling", on_frame=lambda frame: states.append(frame["state"]), on_restart=lambda: restarts.append(len(states)),
+            mapping__readout__min_keyframes=5, mapping__readout__begin_anew_share=0)
+assert restarts == [40] and len(states) == 80, (restarts, states)
+"""
+
+# Images minutes apart that come at that pace.
+INTERRUPTED = """
+import sys, deepuav
+try:
+    deepuav.run("slow", out="interrupted", schedule="live", on_frame=lambda frame: print("going", flush=True))
+except KeyboardInterrupt:
+    sys.exit(9)
+"""
+
+
 def run(*words, **options):
     done = subprocess.run([os.fspath(word) for word in words], capture_output=True, text=True, **options)
     if done.returncode != 0:
@@ -80,9 +153,20 @@ def skip(why):
     sys.exit(SKIPPED)
 
 
-def cached(name):
-    """What the build was configured with."""
-    return re.search(rf"^{name}:\w+=(.*)$", (BUILD / "CMakeCache.txt").read_text(), re.MULTILINE).group(1)
+def cached(*names):
+    """What the build was configured with, as settings of the wheel's; what it did not ask is left out."""
+    text = (BUILD / "CMakeCache.txt").read_text()
+    found = {name: re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE) for name in names}
+    return {f"cmake.define.{name}": match.group(1) for name, match in found.items() if match}
+
+
+def with_truth(scene):
+    """Says where the camera of a weaving sequence was."""
+    folder = scene / "mav0/state_groundtruth_estimate0"
+    folder.mkdir()
+    places = [layered_scene.weaving(index) for index in range(FRAMES)]
+    lines = [f"{10**9 + index * 10**8},{x},{y},0,1,0,0,0" for index, (x, y) in enumerate(places)]
+    (folder / "data.csv").write_text("#timestamp [ns],x,y,z,q_w,q_x,q_y,q_z\n" + "\n".join(lines) + "\n")
 
 
 def make_wheel(scratch):
@@ -95,10 +179,8 @@ def make_wheel(scratch):
         skip("no package index: " + install.stderr.strip().splitlines()[-1])
     environment = {**os.environ, "PATH": f"{makers / 'bin'}:{os.environ['PATH']}", "CMAKE_BUILD_PARALLEL_LEVEL": "2"}
     settings = {"build-dir": BUILD.with_name(BUILD.name + "-wheel"),
-                "cmake.define.CMAKE_CXX_COMPILER": cached("CMAKE_CXX_COMPILER"),
-                "cmake.define.DEEPUAV_OPENVINO": cached("DEEPUAV_OPENVINO"),
-                "cmake.define.DEEPUAV_MAVLINK": cached("DEEPUAV_MAVLINK"),
-                "cmake.define.DEEPUAV_PYMAVLINK": cached("DEEPUAV_PYMAVLINK")}
+                **cached("CMAKE_CXX_COMPILER", "DEEPUAV_OPENVINO", "DEEPUAV_SIMULATION", "DEEPUAV_REPORT", "DEEPUAV_MAVLINK",
+                         "DEEPUAV_PYMAVLINK")}
     run(makers / "bin/pip", "wheel", ROOT, "--no-deps", "--no-build-isolation", "--wheel-dir", scratch / "wheels",
         *(f"--config-settings={name}={value}" for name, value in settings.items()), env=environment)
     return next((scratch / "wheels").glob("deepuav-*.whl"))
@@ -123,7 +205,7 @@ class PackageTest(unittest.TestCase):
 
     @classmethod
     def call(cls, *words):
-        return run(*words, cwd=cls.scratch, env=cls.environment)
+        return run(*words, cwd=cls.scratch, env=cls.environment, timeout=TIMEOUT_S)
 
     def assert_same(self, folder):
         for name in ("trajectory.txt", "keyframes.txt", "points.ply", "frames.csv"):
@@ -138,6 +220,37 @@ class PackageTest(unittest.TestCase):
                               text=True)
         self.assertEqual((done.returncode, done.stderr), (0, ""))  # no word of what was leaked
         self.assert_same("pushed")
+
+    def test_several_threads_may_match(self):
+        self.call(self.bin / "python", "-c", THREADS)
+
+    def test_other_threads_go_on_meanwhile(self):
+        self.call(self.bin / "python", "-c", UNLOCKED)
+
+    def test_watchers_are_told_what_they_missed_and_of_a_new_beginning(self):
+        layered_scene.euroc(self.scratch / "rolling", FRAMES, path=layered_scene.weaving, readout_s=0.04)
+        self.call(self.bin / "python", "-c", WATCHED)
+
+    def test_an_interrupt_ends_a_run(self):
+        slow = self.scratch / "slow/mav0/cam0"
+        shutil.copytree(self.scratch / "scene", self.scratch / "slow")
+        names = [line.split(",")[1] for line in (slow / "data.csv").read_text().splitlines()[1:]]
+        (slow / "data.csv").write_text("".join(f"{index * 10**12},{name}\n" for index, name in enumerate(names)))
+        process = subprocess.Popen([self.bin / "python", "-c", INTERRUPTED], cwd=self.scratch, env=self.environment,
+                                   stdout=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.kill)
+        self.assertEqual(process.stdout.readline(), "going\n")
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 9)
+        self.assertTrue((self.scratch / "interrupted/summary.json").exists())
+
+    def test_the_example_goes_through_a_flight(self):
+        flight = layered_scene.euroc(self.scratch / "first/flight", FRAMES, path=layered_scene.weaving)
+        with_truth(flight)
+        told = self.call(self.bin / "python", ROOT / "examples/python/first_flight.py", self.scratch / "first")
+        self.assertLess(float(re.search(r"ATE (\S+) m over \d+ poses", told).group(1)), 0.1)
+        self.assertGreater(int(re.search(r"(\d+) matches", told).group(1)), 20)
 
     def test_the_command_line_comes_along(self):
         self.call(self.bin / "deepuav", "run", "scene", "--out", "command", "--log-level", "off")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import Any, NamedTuple, Sequence, Union
+from typing import Any, Callable, NamedTuple, Sequence, Union
 
 import numpy as np
 
@@ -22,6 +22,7 @@ __all__ = ["Camera", "Error", "Evaluation", "ImuSensor", "Map", "MapInfo", "Matc
 Path = Union[str, "os.PathLike[str]"]
 Image = Union[Path, np.ndarray]
 Poses = Union[Path, Result, Map, "tuple[np.ndarray, np.ndarray]"]
+Watch = Union[Callable[["dict[str, Any]"], Any], None]
 
 
 class Matches(NamedTuple):
@@ -42,14 +43,19 @@ def options(**values: Any) -> Options:
 
 
 def run(dataset: Path, out: Path | None = None, *, camera: Path = "", map: Path = "", schedule: str = "threaded",
-        use: str = "auto", start: int = 0, end: int = -1, stride: int = 1, **values: Any) -> Result:
+        use: str = "auto", start: int = 0, end: int = -1, stride: int = 1, on_frame: Watch = None, on_keyframe: Watch = None,
+        on_map: Watch = None, on_restart: Callable[[], Any] | None = None, on_dropped: Callable[[int], Any] | None = None,
+        **values: Any) -> Result:
     """SLAM over a dataset, a folder of photographs or a video: the same bytes as ``deepuav run``.
 
     ``out``: folder for the files that the command writes, made if absent. ``values``: as of :func:`options`; the other
-    arguments are the command's. Raises :class:`Error` for what cannot be read, and after writing for a run that broke off.
+    arguments are the command's. ``on_frame``, ``on_keyframe``, ``on_map`` and ``on_dropped`` are told what :class:`Slam`
+    tells; ``on_restart`` that all this is void, as the run begins anew. Raises :class:`Error` for what cannot be read, and
+    after writing for a run that broke off. Ctrl-C ends it within seconds by ``KeyboardInterrupt``, after writing what there is.
     """
     result = run_dataset(os.fspath(dataset), os.fspath(camera), os.fspath(map), schedule, use, start, end, stride,
-                         options(**values))
+                         options(**values), "" if out is None else os.fspath(out), on_frame, on_keyframe, on_map,
+                         on_restart, on_dropped)
     if out is not None:
         result.write(os.fspath(out))
     if result.failure:
@@ -64,7 +70,10 @@ def _matcher(max_side_px: int, headings: bool, refine: bool, values: Sequence[tu
 
 def match(a: Image, b: Image, *, max_side_px: int = 640, headings: bool = False, refine: bool = True,
           **values: Any) -> Matches:
-    """The points that two images (files, or arrays of grey or RGB bytes) have in common, as ``deepuav match``."""
+    """The points that two images (files, or arrays of grey or RGB bytes) have in common, as ``deepuav match``.
+
+    Several threads may call it at once; pairs of the same options are matched one after the other.
+    """
     matcher = _matcher(max_side_px, headings, refine, tuple(sorted(values.items())))
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         table = matcher.match(a, b)

@@ -44,10 +44,7 @@ std::string NameOf(api::FrameState state) {
   return "";
 }
 
-Callbacks::Callbacks(nb::object on_frame, nb::object on_keyframe, nb::object on_map)
-    : on_frame_(std::move(on_frame)),
-      on_keyframe_(std::move(on_keyframe)),
-      on_map_(std::move(on_map)) {}
+Callbacks::Callbacks(WatchFunctions functions) : functions_(std::move(functions)) {}
 
 Callbacks::~Callbacks() {
   const nb::gil_scoped_acquire locked;
@@ -55,36 +52,41 @@ Callbacks::~Callbacks() {
 }
 
 int Callbacks::Visit(visitproc visit, void* arg) const {
-  Py_VISIT(on_frame_.ptr());
-  Py_VISIT(on_keyframe_.ptr());
-  Py_VISIT(on_map_.ptr());
+  const auto& [on_frame, on_keyframe, on_map, on_restart, on_dropped] = functions_;
+  for (const nb::object* function : {&on_frame, &on_keyframe, &on_map, &on_restart, &on_dropped})
+    Py_VISIT(function->ptr());
   return 0;
 }
 
 void Callbacks::Clear() {
-  on_frame_.reset();
-  on_keyframe_.reset();
-  on_map_.reset();
+  const WatchFunctions given_up = std::exchange(functions_, {});  // To end after they are gone.
 }
 
-template <typename Fill>
-void Callbacks::Call(const nb::object& to_call, const Fill& fill) {
+template <typename Tell>
+void Callbacks::Call(const nb::object& to_call, const Tell& tell) {
   const nb::gil_scoped_acquire locked;
   const nb::object function = to_call;  // which Clear may take away meanwhile
   if (!function.is_valid() || function.is_none()) return;
   try {
-    nb::dict told;
-    fill(told);
-    function(told);
+    tell(function);
   } catch (nb::python_error& error) {
     error.restore();
     PyErr_WriteUnraisable(function.ptr());
   }
 }
 
+template <typename Fill>
+void Callbacks::CallWithDict(const nb::object& to_call, const Fill& fill) {
+  Call(to_call, [&](const nb::object& function) {
+    nb::dict told;
+    fill(told);
+    function(told);
+  });
+}
+
 void Callbacks::OnFrame(const api::FrameEvent& event) {
   const api::Frame& frame = event.frame;
-  Call(on_frame_, [&](nb::dict& told) {
+  CallWithDict(functions_.on_frame, [&](nb::dict& told) {
     told["id"] = frame.id;
     told["time_ns"] = frame.time_ns;
     told["state"] = NameOf(frame.state);
@@ -98,7 +100,7 @@ void Callbacks::OnFrame(const api::FrameEvent& event) {
 
 void Callbacks::OnKeyframe(const api::KeyframeEvent& event) {
   constexpr std::size_t kAxes = 3;
-  Call(on_keyframe_, [&](nb::dict& told) {
+  CallWithDict(functions_.on_keyframe, [&](nb::dict& told) {
     told["id"] = event.keyframe.id;
     told["frame"] = event.frame;
     told["time_ns"] = event.keyframe.time_ns;
@@ -113,11 +115,19 @@ void Callbacks::OnKeyframe(const api::KeyframeEvent& event) {
 }
 
 void Callbacks::OnMap(const api::MapEvent& event) {
-  Call(on_map_, [&](nb::dict& told) {
+  CallWithDict(functions_.on_map, [&](nb::dict& told) {
     told["change"] = NameOf(event.change);
     told["map"] = event.map;
     told["into"] = event.into;
   });
+}
+
+void Callbacks::OnRestart() {
+  Call(functions_.on_restart, [](const nb::object& function) { function(); });
+}
+
+void Callbacks::OnDropped(std::int64_t dropped) {
+  Call(functions_.on_dropped, [=](const nb::object& function) { function(dropped); });
 }
 
 }  // namespace deepuav::python

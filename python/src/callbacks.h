@@ -2,6 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <cstdint>
 #include <string>
 
 #include "deepuav/api/observer.h"
@@ -12,11 +13,18 @@ namespace nb = nanobind;
 
 std::string NameOf(api::FrameState state);
 
-/// Hands events to functions of Python; None: nothing is told. What they raise is printed as other
-/// exceptions that nobody can catch.
+/// Functions of Python, each None or absent where it is not to be called.
+struct WatchFunctions {
+  nb::object on_frame, on_keyframe, on_map;  ///< With a dict.
+  nb::object on_restart;                     ///< With nothing.
+  nb::object on_dropped;                     ///< With a number.
+};
+
+/// Hands events to functions of Python. What they raise is printed as other exceptions that nobody
+/// can catch.
 class Callbacks : public api::Observer {
  public:
-  Callbacks(nb::object on_frame, nb::object on_keyframe, nb::object on_map);
+  explicit Callbacks(WatchFunctions functions);
   Callbacks(const Callbacks&) = delete;
   Callbacks& operator=(const Callbacks&) = delete;
   ~Callbacks() override;
@@ -24,6 +32,8 @@ class Callbacks : public api::Observer {
   void OnFrame(const api::FrameEvent& event) override;
   void OnKeyframe(const api::KeyframeEvent& event) override;
   void OnMap(const api::MapEvent& event) override;
+  void OnRestart() override;
+  void OnDropped(std::int64_t dropped) override;
 
   /// For the interpreter's search for circles of objects.
   int Visit(visitproc visit, void* arg) const;
@@ -31,10 +41,14 @@ class Callbacks : public api::Observer {
   void Clear();
 
  private:
+  /// `tell` is given the function, if there is one.
+  template <typename Tell>
+  void Call(const nb::object& to_call, const Tell& tell);
+  /// `fill` makes the dict that the function is called with.
   template <typename Fill>
-  void Call(const nb::object& to_call, const Fill& fill);
+  void CallWithDict(const nb::object& to_call, const Fill& fill);
 
-  nb::object on_frame_, on_keyframe_, on_map_;
+  WatchFunctions functions_;
 };
 
 }  // namespace deepuav::python

@@ -5,7 +5,10 @@
 #include <nanobind/stl/vector.h>
 
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -102,6 +105,31 @@ class PythonSlam {
   std::optional<api::Slam> slam_;
 };
 
+/// As api::Run, in a thread of its own, so that this one can look for signals: what their handlers
+/// raise, as KeyboardInterrupt, ends the run and is raised once that is over and written into `out`
+/// (empty: nowhere). In a thread other than Python's main one there are none.
+api::Result RunUnlessInterrupted(api::DatasetSetup setup, const api::Options& options,
+                                 const std::string& out) {
+  constexpr std::chrono::milliseconds kBetweenLooks(100);
+  std::atomic<bool> stop{false};
+  setup.stop = [&stop] { return stop.load(); };
+  std::optional<nb::python_error> raised;
+  const nb::gil_scoped_release released;
+  std::future<api::Result> run =
+      std::async(std::launch::async, [&] { return api::Run(setup, options); });
+  while (run.wait_for(kBetweenLooks) == std::future_status::timeout) {
+    if (stop) continue;
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() == 0) continue;
+    raised.emplace();
+    stop = true;
+  }
+  api::Result result = run.get();
+  if (!raised) return result;
+  if (!out.empty()) result.Write(out);
+  throw std::move(*raised);
+}
+
 // A function that is called back often knows the variable that holds the run: without these two the
 // interpreter could not give such a circle up, and would end with the run's threads at work.
 int TraverseSlam(PyObject* self, visitproc visit, void* arg) {
@@ -187,24 +215,27 @@ void BindSlam(nb::module_& module) {
              const std::string& schedule, const std::string& map, int queue_size,
              const std::optional<api::ImuSensor>& imu, const Triple& antenna,
              double gnss_clock_sigma_s, nb::object on_frame, nb::object on_keyframe,
-             nb::object on_map) {
+             nb::object on_map, nb::object on_dropped) {
             api::RunSetup setup;
             setup.schedule = schedule;
             setup.map = map;
             setup.queue_size = queue_size;
             setup.imu = imu;
             setup.gnss = {{antenna[0], antenna[1], antenna[2]}, gnss_clock_sigma_s};
-            auto callbacks = std::make_unique<Callbacks>(std::move(on_frame),
-                                                         std::move(on_keyframe), std::move(on_map));
+            auto callbacks = std::make_unique<Callbacks>(WatchFunctions{std::move(on_frame),
+                                                                        std::move(on_keyframe),
+                                                                        std::move(on_map),
+                                                                        {},
+                                                                        std::move(on_dropped)});
             new (slam) PythonSlam(camera, options, setup, std::move(callbacks));
           },
           "camera"_a, "options"_a = api::Options(), nb::kw_only(), "schedule"_a = "threaded",
           "map"_a = "", "queue_size"_a = 4, "imu"_a = nb::none(), "antenna_camera_m"_a = Triple{},
           "gnss_clock_sigma_s"_a = 0.0, "on_frame"_a = nb::none(), "on_keyframe"_a = nb::none(),
-          "on_map"_a = nb::none(),
+          "on_map"_a = nb::none(), "on_dropped"_a = nb::none(),
           "imu is needed for feed_imu. on_frame, on_keyframe and on_map are called with a dict, in "
           "order, on a thread of the library's; they never hold up the run, and what they are too "
-          "slow for is dropped.")
+          "slow for is dropped: on_dropped is called with the number of it before what comes next.")
       .def("feed", &PythonSlam::Feed, "image"_a, "time_ns"_a,
            "Grey (height, width) or RGB (height, width, 3) bytes, copied. Waits while the queue is "
            "full, unless live.")
@@ -218,11 +249,18 @@ void BindSlam(nb::module_& module) {
       "run_dataset",
       [](const std::string& dataset, const std::string& camera, const std::string& map,
          const std::string& schedule, const std::string& use, int start, int end, int stride,
-         const api::Options& options) {
-        return api::Run({dataset, camera, map, schedule, use, start, end, stride}, options);
+         const api::Options& options, const std::string& out_if_interrupted, nb::object on_frame,
+         nb::object on_keyframe, nb::object on_map, nb::object on_restart, nb::object on_dropped) {
+        Callbacks callbacks(WatchFunctions{std::move(on_frame), std::move(on_keyframe),
+                                           std::move(on_map), std::move(on_restart),
+                                           std::move(on_dropped)});
+        return RunUnlessInterrupted(
+            {dataset, camera, map, schedule, use, start, end, stride, &callbacks}, options,
+            out_if_interrupted);
       },
       "dataset"_a, "camera"_a, "map"_a, "schedule"_a, "use"_a, "start"_a, "end"_a, "stride"_a,
-      "options"_a, Unlocked());
+      "options"_a, "out_if_interrupted"_a, "on_frame"_a = nb::none(), "on_keyframe"_a = nb::none(),
+      "on_map"_a = nb::none(), "on_restart"_a = nb::none(), "on_dropped"_a = nb::none());
 }
 
 }  // namespace deepuav::python

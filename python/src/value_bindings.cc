@@ -3,7 +3,9 @@
 #include <nanobind/stl/vector.h>
 
 #include <filesystem>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "arrays.h"
 #include "bindings.h"
@@ -51,7 +53,7 @@ void BindCamera(nb::module_& module) {
           "distortion"_a = std::vector<double>(), "rate_hz"_a = 0.0, "readout_s"_a = 0.0)
       .def_static(
           "load", [](const fs::path& file) { return api::ReadCamera(file.string()); }, "file"_a,
-          "From a camera.yaml, or a camera's sensor.yaml of EuRoC.")
+          Unlocked(), "From a camera.yaml, or a camera's sensor.yaml of EuRoC.")
       .def_rw("width", &api::Camera::width)
       .def_rw("height", &api::Camera::height)
       .def_rw("fx", &api::Camera::fx)
@@ -97,7 +99,7 @@ void BindOptions(nb::module_& module) {
       .def("set", &api::Options::Set, "name"_a, "value"_a)
       .def(
           "load", [](api::Options& options, const fs::path& file) { options.Load(file.string()); },
-          "file"_a, "Sets what a YAML file of options says.")
+          "file"_a, Unlocked(), "Sets what a YAML file of options says.")
       .def(
           "values",
           [](const api::Options& options) {
@@ -118,34 +120,47 @@ nb::ndarray<nb::numpy, double> MatchTable(const std::vector<api::PointMatch>& ma
   return MakeArray(std::move(numbers), matches.size(), {kColumns});
 }
 
-template <typename Work>
-auto WithoutLock(const Work& work) {
-  const nb::gil_scoped_release released;
-  return work();
-}
+/// Several threads take turns.
+class SharedMatcher {
+ public:
+  SharedMatcher(const api::Options& options, const api::MatchSetup& setup)
+      : matcher_(options, setup) {}
+
+  template <typename Image>
+  std::vector<api::PointMatch> Match(const Image& a, const Image& b) {
+    const nb::gil_scoped_release released;  // First: who waits for a turn holds up no one else.
+    const std::scoped_lock turn(mutex_);
+    return matcher_.Match(a, b);
+  }
+
+ private:
+  api::Matcher matcher_;
+  std::mutex mutex_;
+};
 
 void BindMatcher(nb::module_& module) {
-  nb::class_<api::Matcher>(module, "Matcher", "Matches pairs of images; keeps its networks.")
+  nb::class_<SharedMatcher>(
+      module, "Matcher",
+      "Matches pairs of images; keeps its networks. Several threads may use one, which take turns.")
       .def(
           "__init__",
-          [](api::Matcher* matcher, const api::Options& options, int max_side_px, bool headings,
+          [](SharedMatcher* matcher, const api::Options& options, int max_side_px, bool headings,
              bool refine) {
             const nb::gil_scoped_release released;
-            new (matcher) api::Matcher(options, {max_side_px, headings, refine});
+            new (matcher) SharedMatcher(options, {max_side_px, headings, refine});
           },
           "options"_a = api::Options(), "max_side_px"_a = 640, "headings"_a = false,
           "refine"_a = true)
       .def(
           "match",
-          [](api::Matcher& matcher, const PixelArray& a, const PixelArray& b) {
-            const api::ImageView view_a = ViewOf(a), view_b = ViewOf(b);
-            return MatchTable(WithoutLock([&] { return matcher.Match(view_a, view_b); }));
+          [](SharedMatcher& matcher, const PixelArray& a, const PixelArray& b) {
+            return MatchTable(matcher.Match(ViewOf(a), ViewOf(b)));
           },
           "a"_a, "b"_a, "Rows of ax, ay, bx, by, score.")
       .def(
           "match_files",
-          [](api::Matcher& matcher, const std::string& a, const std::string& b) {
-            return MatchTable(WithoutLock([&] { return matcher.Match(a, b); }));
+          [](SharedMatcher& matcher, const std::string& a, const std::string& b) {
+            return MatchTable(matcher.Match(a, b));
           },
           "a"_a, "b"_a);
 }
@@ -184,7 +199,7 @@ void BindEvaluation(nb::module_& module) {
                              {align, max_difference_s, time_offset_s, rpe_delta, rpe_unit});
       },
       "truth_times_ns"_a, "truth"_a, "times_ns"_a, "poses"_a, "align"_a, "max_difference_s"_a,
-      "time_offset_s"_a, "rpe_delta"_a, "rpe_unit"_a);
+      "time_offset_s"_a, "rpe_delta"_a, "rpe_unit"_a, Unlocked());
 }
 
 }  // namespace
