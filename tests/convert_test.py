@@ -35,11 +35,9 @@ if __name__ == "__main__":
     use_python_with_rosbags()
 
 import numpy as np
-from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin, Writer as Writer2
-from rosbags.typesys import Stores, get_typestore
 
 import layered_scene
+from bag_writer import Bag, START_NS
 from jpeg_encoder import jpeg
 
 # The package as it lies in the sources, without its compiled part, which this one does not need.
@@ -47,108 +45,13 @@ package = types.ModuleType("deepuav")
 package.__path__ = [os.fspath(ROOT / "python/deepuav")]
 sys.modules["deepuav"] = package
 from deepuav import convert as module
-from deepuav._bag_images import raw_pixels
+from deepuav._bag_images import ImageError, raw_pixels
 
 DEEPUAV = None
 FRAMES = 20
-START_NS = 1_700_000_000 * 10**9
 KINDS = (".bag", ".db3", ".mcap")
 # The camera looks along the body's x: its z is x, its x is -y, its y is -z.
 CAMERA_IN_BODY = (0.5, -0.5, 0.5, -0.5)
-IMAGE, COMPRESSED, INFO, IMU, FIX, PRESSURE, TRANSFORMS = (
-    "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/Imu",
-    "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/FluidPressure", "tf2_msgs/msg/TFMessage")
-
-
-class Bag:
-    """A bag that is written: `add(topic, type, time_ns, fields...)`."""
-
-    def __init__(self, folder, kind):
-        self.is1 = kind == ".bag"
-        self.store = get_typestore(Stores.ROS1_NOETIC if self.is1 else Stores.ROS2_HUMBLE)
-        if self.is1:
-            self.file = folder / "flight.bag"
-            self.writer = Writer1(self.file)
-            definitions = ("tf2_msgs/msg/TFMessage",)
-            if definitions[0] not in self.store.fielddefs:
-                from rosbags.typesys import get_types_from_msg
-                self.store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
-        else:
-            plugin = StoragePlugin.MCAP if kind == ".mcap" else StoragePlugin.SQLITE3
-            self.writer = Writer2(folder / "flight", version=9, storage_plugin=plugin)
-            self.file = folder / f"flight/flight{kind}"
-        self.writer.open()
-        self.connections = {}
-
-    def make(self, name, **fields):
-        return self.store.types[name](**fields)
-
-    def header(self, time_ns, frame):
-        stamp = self.make("builtin_interfaces/msg/Time", sec=time_ns // 10**9, nanosec=time_ns % 10**9)
-        more = {"seq": 0} if self.is1 else {}
-        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **more)
-
-    def vector(self, x, y, z):
-        return self.make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
-
-    def quaternion(self, x, y, z, w):
-        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-    def add(self, topic, kind, time_ns, message):
-        if topic not in self.connections:
-            self.connections[topic] = self.writer.add_connection(topic, kind, typestore=self.store)
-        serialise = self.store.serialize_ros1 if self.is1 else self.store.serialize_cdr
-        self.writer.write(self.connections[topic], time_ns, serialise(message, kind))
-
-    def image(self, time_ns, rows, encoding="mono8", topic="/camera/image_raw", step=0, recorded_ns=None):
-        data = np.frombuffer(b"".join(bytes(row) for row in rows), np.uint8)
-        width = layered_scene.WIDTH
-        step = step or len(data) // len(rows)
-        self.add(topic, IMAGE, recorded_ns or time_ns, self.make(
-            IMAGE, header=self.header(time_ns, "camera"), height=len(rows), width=width, encoding=encoding, is_bigendian=0,
-            step=step, data=data))
-
-    def compressed(self, time_ns, data, form="jpeg", topic="/camera/image_raw/compressed"):
-        self.add(topic, COMPRESSED, time_ns, self.make(COMPRESSED, header=self.header(time_ns, "camera"), format=form,
-                                                       data=np.frombuffer(data, np.uint8)))
-
-    def info(self, time_ns, topic="/camera/camera_info", model="plumb_bob", coefficients=(0, 0, 0, 0, 0), focal=None,
-             width=layered_scene.WIDTH):
-        focal = layered_scene.FOCAL_PX if focal is None else focal
-        k = [focal, 0, (layered_scene.WIDTH - 1) / 2, 0, focal, (layered_scene.HEIGHT - 1) / 2, 0, 0, 1]
-        names = "DKRP" if self.is1 else "dkrp"
-        values = (coefficients, k, np.eye(3).ravel(), np.zeros(12))
-        roi = self.make("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
-        self.add(topic, INFO, time_ns, self.make(
-            INFO, header=self.header(time_ns, "camera"), height=layered_scene.HEIGHT, width=width, distortion_model=model,
-            binning_x=0, binning_y=0, roi=roi, **{name: np.array(value, float) for name, value in zip(names, values)}))
-
-    def imu(self, time_ns, turn=(0.1, 0.2, 0.3), force=(0, 0, 9.8), covariance=0.0, topic="/imu"):
-        none = np.zeros(9)
-        self.add(topic, IMU, time_ns, self.make(
-            IMU, header=self.header(time_ns, "imu"), orientation=self.quaternion(0.0, 0.0, 0.0, 1.0), orientation_covariance=none,
-            angular_velocity=self.vector(*turn), angular_velocity_covariance=np.full(9, covariance),
-            linear_acceleration=self.vector(*force), linear_acceleration_covariance=none))
-
-    def fix(self, time_ns, latitude=47.5, altitude=430.25, status=0, topic="/gps/fix"):
-        state = self.make("sensor_msgs/msg/NavSatStatus", status=status, service=1)
-        self.add(topic, FIX, time_ns, self.make(
-            FIX, header=self.header(time_ns, "gps"), status=state, latitude=latitude, longitude=8.25, altitude=altitude,
-            position_covariance=np.diag((4.0, 9.0, 16.0)).ravel(), position_covariance_type=2))
-
-    def pressure(self, time_ns, pascal=95_000.0, topic="/pressure"):
-        self.add(topic, PRESSURE, time_ns, self.make(PRESSURE, header=self.header(time_ns, "baro"), fluid_pressure=pascal,
-                                                     variance=0.0))
-
-    def transform(self, parent, child, rotation, translation):
-        one = self.make("geometry_msgs/msg/TransformStamped", header=self.header(START_NS, parent), child_frame_id=child,
-                        transform=self.make("geometry_msgs/msg/Transform", translation=self.vector(*translation),
-                                            rotation=self.quaternion(*rotation)))
-        self.add("/tf_static", TRANSFORMS, START_NS, self.make(TRANSFORMS, transforms=[one]))
-
-    def close(self):
-        self.writer.close()
-        return self.file
 
 
 def table(out, name):
@@ -253,9 +156,7 @@ class ConvertTest(unittest.TestCase):
             bag.pressure(START_NS + i * 10**8)
         bag.info(START_NS)
         self.assertEqual(self.convert(bag.close(), self.out)[0], 0)
-        done = subprocess.run([DEEPUAV, "run", self.out, "--out", self.folder / "run", "--log-level", "warn"],
-                              capture_output=True, text=True, check=False,
-                              env={**os.environ, "XDG_CACHE_HOME": os.fspath(self.folder / "cache")})
+        done = self.run_converted()
         self.assertEqual(done.returncode, 0, done.stderr)
         lines = [line for line in (self.folder / "run/trajectory.txt").read_text().splitlines() if line[0] != "#"]
         self.assertGreater(len(lines), FRAMES // 2)
@@ -274,6 +175,88 @@ class ConvertTest(unittest.TestCase):
         self.assertEqual(pixels("yuv422", [128, 7, 128, 8], 2), [[7, 8]])
         self.assertEqual(pixels("yuv422_yuy2", [7, 128, 8, 128], 2), [[7, 8]])
         self.assertEqual(pixels("mono8", [5, 6, 0, 0], 2), [[5, 6]], "rows may be padded")
+
+    def test_bayer_patterns_become_colours(self):
+        def mosaic_of(colours, pattern):
+            mosaic = np.empty(colours.shape[:2], colours.dtype)
+            for place in range(4):
+                rows, columns = slice(place // 2, None, 2), slice(place % 2, None, 2)
+                mosaic[rows, columns] = colours[rows, columns, "rgb".index(pattern[place])]
+            return mosaic
+
+        def pixels(mosaic, encoding, big=0):
+            height, width = mosaic.shape
+            return raw_pixels(types.SimpleNamespace(
+                encoding=encoding, height=height, width=width, step=width * mosaic.itemsize, is_bigendian=big,
+                data=np.frombuffer(mosaic.tobytes(), np.uint8)))
+
+        y, x = np.mgrid[0:6, 0:9]
+        ramps = np.stack((10 + 2 * x + 4 * y, 200 - 6 * x, 90 + 8 * y - 2 * x), axis=2)
+        even = np.broadcast_to((50, 100, 150), ramps.shape)
+        for pattern in ("rggb", "bggr", "gbrg", "grbg"):
+            for bits, scale, order in ((8, 1, "<"), (16, 250, "<"), (16, 250, ">")):
+                with self.subTest(pattern, bits=bits, order=order):
+                    encoding, kind = f"bayer_{pattern}{bits}", f"{order}u{bits // 8}"
+                    for colours, inside in ((even, np.s_[:, :]), (ramps, np.s_[1:-1, 1:-1])):
+                        mosaic = mosaic_of((colours * scale).astype(kind), pattern)
+                        found = pixels(mosaic, encoding, big=int(order == ">"))
+                        np.testing.assert_array_equal(found[inside], (colours * scale)[inside])
+        own = pixels(np.array([[9, 0], [0, 0]], np.uint8), "bayer_rggb8")
+        self.assertEqual(own[0, 0].tolist(), [9, 0, 0])
+        with self.assertRaisesRegex(ImageError, "9x1 of a Bayer pattern: expected at least 2x2"):
+            pixels(np.zeros((1, 9), np.uint8), "bayer_rggb8")
+        bag = self.bag()
+        bag.image(START_NS, self.pictures[0], encoding="bayer_grbg8")
+        self.assertEqual(self.convert(bag.close(), self.out)[0], 0)
+        header = (self.out / f"mav0/cam0/data/{START_NS}.png").read_bytes()[16:26]
+        self.assertEqual(header, bytes((0, 0, 1, 64, 0, 0, 0, 240, 8, 2)), "320x240, 8 bits, colours")
+
+    def calibration(self, image_topic, **info):
+        """The intrinsics and coefficients of a bag with one image."""
+        bag = self.bag()
+        bag.image(START_NS, self.pictures[0], topic=image_topic)
+        bag.info(START_NS, **info)
+        out = Path(tempfile.mkdtemp(dir=self.folder)) / "out"
+        status, printed, told = self.convert(bag.close(), out)
+        self.assertEqual((status, told, len(printed.splitlines())), (0, "", 1))
+        lines = (out / "mav0/cam0/sensor.yaml").read_text().splitlines()
+        return [line.partition(": ")[2] for line in lines if line.startswith(("intrinsics", "distortion_c"))]
+
+    def test_rectified_images_have_the_lens_that_they_were_rectified_to(self):
+        lens = {"coefficients": (-0.3, 0.1, 0, 0, 0), "projection": (180, 0, 150, -9, 0, 181, 110, 0, 0, 0, 1, 0)}
+        of_p, of_k = ["[180.0, 181.0, 150.0, 110.0]", "[0.0, 0.0, 0.0, 0.0]"], "[200.0, 200.0, 159.5, 119.5]"
+        for topic in ("/camera/image_rect", "/camera/image_rect_color", "/camera/image_rect/raw"):
+            self.assertEqual(self.calibration(topic, **lens), of_p, topic)
+        self.assertEqual(self.calibration("/camera/image_rect", model="rational_polynomial", **lens), of_p)
+        self.assertEqual(self.calibration("/camera/image_raw", **lens), [of_k, "[-0.3, 0.1, 0.0, 0.0, 0.0]"])
+        self.assertEqual(self.calibration("/camera/image_rect_raw")[0], of_k, "neither P nor a distortion")
+
+    def test_a_rational_lens_is_plumb_bob_or_left_to_be_found(self):
+        _, coefficients = self.calibration("/camera/image_raw", model="rational_polynomial",
+                                           coefficients=(-0.3, 0.1, 0.01, 0.02, 0.03, 0, 0, 0))
+        self.assertEqual(coefficients, "[-0.3, 0.1, 0.01, 0.02, 0.03]")
+        bag = self.bag()
+        bag.transform("imu", "camera", CAMERA_IN_BODY, (0.2, 0, 0))
+        for i in range(FRAMES):
+            bag.image(START_NS + i * 10**8, self.pictures[i])
+        bag.imu(START_NS)
+        bag.info(START_NS, model="rational_polynomial", coefficients=(0.4, 0.1, 0, 0, 0.01, 0.5, 0.2, 0.1))
+        status, printed, told = self.convert(bag.close(), self.out)
+        self.assertEqual((status, told), (0, ""))
+        self.assertIn("/camera/camera_info: distortion is rational_polynomial, which is not supported", printed)
+        self.assertFalse((self.out / "mav0/cam0/sensor.yaml").exists())
+        self.assertIn("model: auto\nwidth: 320\nheight: 240\nfx: 200.0\nfy: 200.0\ncx: 159.5\ncy: 119.5\nrate_hz: 10.0\n",
+                      (self.out / "mav0/camera.yaml").read_text())
+        place = (self.out / "mav0/imu0/sensor.yaml").read_text().partition("data: [")[2].partition("]")[0]
+        np.testing.assert_allclose([float(number) for number in place.split(",")],
+                                   [0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, -0.2, 0, 0, 0, 1], atol=1e-12)
+        done = self.run_converted()
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def run_converted(self):
+        return subprocess.run([DEEPUAV, "run", self.out, "--out", self.folder / "run", "--log-level", "warn"],
+                              capture_output=True, text=True, check=False,
+                              env={**os.environ, "XDG_CACHE_HOME": os.fspath(self.folder / "cache")})
 
     def test_what_measures_nothing_is_left_out_and_counted(self):
         bag = self.bag()
@@ -339,7 +322,10 @@ class ConvertTest(unittest.TestCase):
             bag.image(START_NS, self.pictures[0], **options)
             return bag
 
-        self.refused((with_image(encoding="bayer_rggb8").close(), self.out), "/camera/image_raw", "'bayer_rggb8'", "mono8")
+        bag = with_image(topic="/camera/image_rect")
+        bag.info(START_NS, coefficients=(-0.3, 0.1, 0, 0))
+        self.refused((bag.close(), self.out), "of P, fx is 0.0", "above 0")
+        self.refused((with_image(encoding="32FC1").close(), self.out), "/camera/image_raw", "'32FC1'", "mono8")
         self.refused((with_image(step=900).close(), self.out), "76800 bytes of 320x240, 900 a row", "expected at least 76800")
         bag = with_image()
         bag.image(START_NS + 1, self.pictures[0][:100])
@@ -347,7 +333,8 @@ class ConvertTest(unittest.TestCase):
         bag = self.bag()
         bag.compressed(START_NS, b"GIF89a", form="gif")
         self.refused((bag.close(), self.out), "'gif'", "expected JPEG or PNG")
-        for options, found, expected in (({"model": "rational_polynomial"}, "rational_polynomial", "plumb_bob"),
+        for options, found, expected in (({"model": "omni"}, "omni", "plumb_bob"),
+                                         ({"model": "rational_polynomial", "coefficients": (1, 2)}, "2 coefficients", "4 or 5"),
                                          ({"coefficients": (1, 2)}, "2 coefficients", "4 or 5"),
                                          ({"focal": 0.0}, "fx is 0.0", "above 0"), ({"width": 640}, "640x240", "320x240")):
             bag = with_image()

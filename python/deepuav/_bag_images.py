@@ -13,6 +13,9 @@ RAW = {"mono8": (1, 8, (0,)), "8UC1": (1, 8, (0,)), "mono16": (1, 16, (0,)), "16
        "bgra8": (4, 8, (2, 1, 0)),
        # Of these the brightness, which lies behind the colours or before them.
        "yuv422": (2, 8, (1,)), "uyvy": (2, 8, (1,)), "yuv422_yuy2": (2, 8, (0,)), "yuyv": (2, 8, (0,))}
+#: The colours of the first two pixels of the first row and of the second.
+BAYER = ("rggb", "bggr", "gbrg", "grbg")
+RAW.update({f"bayer_{pattern}{bits}": (1, bits, (0,)) for pattern in BAYER for bits in (8, 16)})
 COMPRESSED = {b"\xff\xd8\xff": ".jpg", b"\x89PNG\r\n\x1a\n": ".png"}
 
 
@@ -36,6 +39,32 @@ def png(pixels: np.ndarray) -> bytes:
             chunk(b"IEND", b""))
 
 
+def _sums(values: np.ndarray) -> np.ndarray:
+    """About each pixel but those at the rim, weighed by 1 2 1 along both sides."""
+    rows = values[:-2] + 2 * values[1:-1] + values[2:]
+    return rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]
+
+
+def demosaiced(mosaic: np.ndarray, pattern: str) -> np.ndarray:
+    """Red, green and blue: each pixel keeps its own colour, and has of the others the mean of the nearest that show them.
+
+    ``pattern``: one of BAYER.
+    """
+    if min(mosaic.shape) < 2:
+        raise ImageError(f"{mosaic.shape[1]}x{mosaic.shape[0]} of a Bayer pattern: expected at least 2x2")
+    colours = np.empty((*mosaic.shape, 3), mosaic.dtype)
+    values = np.pad(mosaic.astype(np.uint32), 1, mode="reflect")  # Which goes on with the pattern.
+    for channel, colour in enumerate("rgb"):
+        shows = np.zeros(mosaic.shape, np.uint32)
+        for place in range(4):
+            if pattern[place] == colour:
+                shows[place // 2::2, place % 2::2] = 1
+        shown = np.pad(shows, 1, mode="reflect")
+        weights = _sums(shown)
+        colours[:, :, channel] = np.where(shows == 1, mosaic, (_sums(shown * values) + weights // 2) // weights)
+    return colours
+
+
 def raw_pixels(message: Any) -> np.ndarray:
     """Of a sensor_msgs/Image."""
     if message.encoding not in RAW:
@@ -48,7 +77,10 @@ def raw_pixels(message: Any) -> np.ndarray:
         raise ImageError(f"{len(data)} bytes of {width}x{height}, {step} a row: expected at least {row_bytes * height}, "
                          f"{row_bytes} a row")
     rows = np.ascontiguousarray(data[:step * height].reshape(height, step)[:, :row_bytes])
-    pixels = rows.view((">" if message.is_bigendian else "<") + f"u{bits // 8}").reshape(height, width, channels)[:, :, list(order)]
+    numbers = rows.view((">" if message.is_bigendian else "<") + f"u{bits // 8}")
+    pixels = numbers.reshape(height, width, channels)[:, :, list(order)]
+    if message.encoding.startswith("bayer_"):
+        return demosaiced(pixels[:, :, 0], message.encoding[len("bayer_"):][:4])
     return np.ascontiguousarray(pixels[:, :, 0] if len(order) == 1 else pixels)
 
 

@@ -18,6 +18,7 @@ from typing import Any, Iterator, NamedTuple, TextIO
 import numpy as np
 
 from deepuav._bag_images import ImageError, encoded_image
+from deepuav._bag_lens import LensError, is_rectified, lens_of, place_yaml
 from deepuav._bag_transforms import TransformTree, matrix_of
 
 #: What is taken of a bag: option, types, whether several topics of them need a choice.
@@ -25,9 +26,6 @@ IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 CAMERA, IMU, FIX, PRESSURE = (f"sensor_msgs/msg/{name}" for name in ("CameraInfo", "Imu", "NavSatFix", "FluidPressure"))
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 KINDS = {"image": IMAGES, "camera_info": (CAMERA,), "imu": (IMU,), "fix": (FIX,), "pressure": (PRESSURE,)}
-DISTORTIONS = {"": ("radial-tangential", (0, 4, 5)), "none": ("radial-tangential", (0, 4, 5)),
-               "plumb_bob": ("radial-tangential", (4, 5)), "radtan": ("radial-tangential", (4, 5)),
-               "equidistant": ("equidistant", (4,)), "fisheye": ("equidistant", (4,))}
 OMITTED = "none"
 
 
@@ -43,6 +41,7 @@ class Report(NamedTuple):
     fixes: int
     pressures: int
     left_out: dict[str, int]  #: Messages by topic whose times did not grow, or that held no measurement.
+    warnings: tuple[str, ...]  #: A line each.
 
 
 def standard_altitude_m(pressure_pa: float) -> float:
@@ -75,10 +74,6 @@ class _Table:
 
 def _numbers(values: Any) -> tuple[str, ...]:
     return tuple(repr(float(value)) for value in values)
-
-
-def _matrix_yaml(matrix: np.ndarray) -> str:
-    return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + ", ".join(_numbers(matrix.ravel())) + "]\n"
 
 
 class _Bag:
@@ -164,27 +159,6 @@ def _choose_camera_info(bag: _Bag, wanted: str | None, image_topic: str) -> str 
         if len(near) == 1:
             return near[0]
     return _choose(bag, "camera_info", wanted, required=False)
-
-
-def _camera_yaml(bag: _Bag, topic: str, info: Any, rate_hz: float, body_from_cam: np.ndarray) -> str:
-    matrix = np.asarray(getattr(info, "K", None) if hasattr(info, "K") else info.k, float)
-    coefficients = np.asarray(getattr(info, "D", None) if hasattr(info, "D") else info.d, float)
-    where = f"{bag.path}: topic {topic}"
-    model = info.distortion_model.strip()
-    if model not in DISTORTIONS:
-        raise ConvertError(f"{where}: distortion_model is '{model}': expected plumb_bob or equidistant")
-    name, counts = DISTORTIONS[model]
-    if len(coefficients) not in counts:
-        raise ConvertError(f"{where}: {len(coefficients)} coefficients of {model or 'no distortion'}: expected "
-                           f"{' or '.join(map(str, counts))}")
-    if not (np.isfinite(matrix).all() and np.isfinite(coefficients).all() and matrix[0] > 0 and matrix[4] > 0):
-        raise ConvertError(f"{where}: fx is {matrix[0]}, fy {matrix[4]}: expected focal lengths above 0, as of a camera that "
-                           "was calibrated (--camera-info none leaves it out)")
-    coefficients = coefficients if len(coefficients) else np.zeros(4)
-    return (f"sensor_type: camera\n{_matrix_yaml(body_from_cam)}rate_hz: {max(rate_hz, 1e-3)!r}\n"
-            f"resolution: [{info.width}, {info.height}]\ncamera_model: pinhole\n"
-            f"intrinsics: [{', '.join(_numbers((matrix[0], matrix[4], matrix[2], matrix[5])))}]\n"
-            f"distortion_model: {name}\ndistortion_coefficients: [{', '.join(_numbers(coefficients))}]\n")
 
 
 class _Writer:
@@ -286,14 +260,37 @@ class _Writer:
         for name in [name for name, count in rows.items() if count == 0]:
             shutil.rmtree(self.mav0 / name)
             del self.tables[name]
+        warnings = self.write_lens(imu_from_cam)
+        return Report(rows["cam0"], rows.get("imu0", 0), rows.get("gps0", 0), rows.get("baro0", 0), self.left_out, warnings)
+
+    def write_lens(self, imu_from_cam: np.ndarray | None) -> tuple[str, ...]:
+        """Returns what is to be known of it."""
         body_from_cam = self.body_from_cam(imu_from_cam)
-        if self.info is not None:
-            if self.size and self.size != (self.info.width, self.info.height):
-                raise ConvertError(f"{self.bag.path}: topic {self.topics['camera_info']}: {self.info.width}x{self.info.height}: "
-                                   f"expected {self.size[0]}x{self.size[1]} as the images")
-            (self.mav0 / "cam0/sensor.yaml").write_text(_camera_yaml(
-                self.bag, self.topics["camera_info"] or "", self.info, self.tables["cam0"].rate_hz(), body_from_cam))
-        return Report(rows["cam0"], rows.get("imu0", 0), rows.get("gps0", 0), rows.get("baro0", 0), self.left_out)
+        if self.info is None:
+            self.place_about_camera(body_from_cam)
+            return ("no calibration in the bag: `deepuav run` needs --camera camera.yaml",)
+        where = f"{self.bag.path}: topic {self.topics['camera_info']}"
+        if self.size and self.size != (self.info.width, self.info.height):
+            raise ConvertError(f"{where}: {self.info.width}x{self.info.height}: expected {self.size[0]}x{self.size[1]} as the "
+                               "images")
+        try:
+            lens = lens_of(self.info, is_rectified(self.topics["image"] or ""))
+        except LensError as error:
+            raise ConvertError(f"{where}: {error}") from error
+        rate_hz = self.tables["cam0"].rate_hz()
+        if lens.is_known:
+            (self.mav0 / "cam0/sensor.yaml").write_text(lens.sensor_yaml(rate_hz, body_from_cam))
+            return ()
+        self.place_about_camera(body_from_cam)
+        (self.mav0 / "camera.yaml").write_text(lens.camera_yaml(rate_hz))
+        return (f"{self.topics['camera_info']}: distortion is {lens.model}, which is not supported: `deepuav run` looks for the "
+                "lens in the images, from mav0/camera.yaml on",)
+
+    def place_about_camera(self, body_from_cam: np.ndarray) -> None:
+        """Says where the other sensors are, where no sensor.yaml of the camera does: then it is the body."""
+        for name in self.tables:
+            if name != "cam0":
+                (self.mav0 / name / "sensor.yaml").write_text(place_yaml(np.linalg.inv(body_from_cam)))
 
     def close(self) -> None:
         for table in self.tables.values():
@@ -363,8 +360,8 @@ def main(words: list[str] | None = None) -> int:
     print(f"{report.images} images, {report.imu} inertial samples, {report.fixes} fixes, {report.pressures} pressures")
     for topic, count in sorted(report.left_out.items()):
         print(f"{topic}: {count} messages left out, whose times do not grow or that measure nothing")
-    if not (Path(arguments["out"]) / "mav0/cam0/sensor.yaml").exists():
-        print("no calibration in the bag: `deepuav run` needs --camera camera.yaml")
+    for warning in report.warnings:
+        print(warning)
     return 0
 
 
