@@ -66,13 +66,22 @@ std::optional<InertialFilter> InertialPrediction::FilterAt(int64_t time_ns) cons
     const int64_t middle_ns = filter.time_ns + (until_ns - filter.time_ns) / 2;
     Integrate(Between(*(next - 1), *next, middle_ns), until_ns, options_.errors, &filter);
   }
-  if (filter.time_ns < time_ns) {
-    InertialErrors unknown = options_.errors;
-    unknown.gyroscope_density = options_.plain.turn_density;
-    unknown.accelerometer_density = options_.plain.acceleration_density;
-    Integrate(samples_.back(), time_ns, unknown, &filter);
-  }
+  if (filter.time_ns < time_ns) GoOn(time_ns, &filter);
   return filter;
+}
+
+/// What the last sample shows wanders from then on as it does without samples.
+void InertialPrediction::GoOn(int64_t time_ns, InertialFilter* filter) const {
+  const double ahead_s = Seconds(filter->time_ns, time_ns);
+  InertialErrors errors = options_.errors;
+  errors.accelerometer_density = options_.plain.acceleration_density;
+  Integrate(samples_.back(), time_ns, errors, filter);
+  filter->covariance.diagonal().segment<3>(InertialFilter::kRotation).array() +=
+      ahead_s * ahead_s / 3 * TurnVariance(ahead_s);
+}
+
+double InertialPrediction::TurnVariance(double ahead_s) const {
+  return ahead_s * options_.plain.turn_density * options_.plain.turn_density;
 }
 
 void InertialPrediction::Begin(int64_t time_ns, const BodyPose& pose) {
@@ -155,8 +164,10 @@ std::optional<BodyMotion> InertialPrediction::At(int64_t time_ns) const {
   parts.topLeftCorner<9, 9>().setIdentity();
   parts.block<3, 3>(9, InertialFilter::kGyroscope) = -Eigen::Matrix3d::Identity();
   motion.covariance = parts * filter->covariance * parts.transpose();
+  const double ahead_s = std::max(0.0, Seconds(samples_.back().time.nanoseconds, time_ns));
   motion.covariance.diagonal().tail<3>().array() +=
-      options_.errors.turn_rate_sigma_rad_s * options_.errors.turn_rate_sigma_rad_s;
+      options_.errors.turn_rate_sigma_rad_s * options_.errors.turn_rate_sigma_rad_s +
+      TurnVariance(ahead_s);
   motion.covariance_is_known = covariance_is_known_;
   return motion;
 }

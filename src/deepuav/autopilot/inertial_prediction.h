@@ -37,6 +37,9 @@ class InertialPrediction : public MotionPredictor {
  private:
   /// The filter at a later time; nothing where samples are missing.
   std::optional<InertialFilter> FilterAt(int64_t time_ns) const;
+  void GoOn(int64_t time_ns, InertialFilter* filter) const;
+  /// Of a turn rate that was measured so long ago, rad^2/s^2.
+  double TurnVariance(double ahead_s) const;
   bool HasSamples(int64_t from_ns, int64_t to_ns) const;
   /// Begins at a pose with the velocity that the plain prediction has there, and keeps the biases.
   void Begin(int64_t time_ns, const BodyPose& pose);

@@ -43,12 +43,12 @@ class InertialPredictionTest : public testing::Test {
                 GaussianVector(0.2, &random_)};
   }
 
-  /// Images come late, samples at once; `ask` is called whenever an autopilot is told.
+  /// Images come late, samples sooner; `ask` is called whenever an autopilot is told.
   template <typename Ask>
   void Fly(double from_s, double to_s, Ask&& ask) {
     double image = from_s, sample = from_s;
     for (double t = from_s; t < to_s; t += kTold_s) {
-      for (; has_samples_ && sample <= t; sample += kSample_s) {
+      for (; has_samples_ && sample + sample_latency_s_ <= t; sample += kSample_s) {
         const ImuSample measured = SampleAt(sample);
         inertial_.AddInertial(measured);
       }
@@ -66,7 +66,8 @@ class InertialPredictionTest : public testing::Test {
 
   struct Errors {
     double position_m = 0, rotation_rad = 0, velocity_m_s = 0, turn_rate_rad_s = 0;
-    double chi_square = 0;  ///< Of all twelve, a degree of freedom.
+    double chi_square = 0;           ///< Of all twelve, a degree of freedom...
+    double rotation_chi_square = 0;  ///< ...and of the rotation's.
     int count = 0;
   };
   void Count(const MotionPredictor& predictor, double t, Errors* errors) const {
@@ -82,6 +83,9 @@ class InertialPredictionTest : public testing::Test {
     errors->velocity_m_s += error.segment<3>(6).squaredNorm();
     errors->turn_rate_rad_s += error.tail<3>().squaredNorm();
     errors->chi_square += error.dot(motion->covariance.llt().solve(error)) / 12;
+    const Vector3d turn = error.segment<3>(3);
+    const Eigen::Matrix3d turn_covariance = motion->covariance.block<3, 3>(3, 3);
+    errors->rotation_chi_square += turn.dot(turn_covariance.llt().solve(turn)) / 3;
     ++errors->count;
   }
 
@@ -99,6 +103,7 @@ class InertialPredictionTest : public testing::Test {
   const InertialFlight flight_;
   Random random_{4};
   bool has_samples_ = true;
+  double sample_latency_s_ = 0;
   Eigen::Quaterniond sensor_from_body_ = Eigen::Quaterniond::Identity();
   SE3 local_from_before_;
   ConstantVelocity plain_;
@@ -124,6 +129,25 @@ TEST_F(InertialPredictionTest, ForetellsWhatConstantVelocityCannot) {
   // What it says of itself is neither too good nor far too bad.
   EXPECT_LT(inertial.chi_square / inertial.count, 1.5);
   EXPECT_GT(inertial.chi_square / inertial.count, 0.1);
+}
+
+TEST_F(InertialPredictionTest, SaysHowSureItIsWhereSamplesAreLate) {
+  double from = 0;
+  for (const double latency_s : {0.01, 0.04}) {
+    sample_latency_s_ = latency_s;
+    Errors errors;
+    Fly(from, from + 15, [&](double t) {
+      if (t < from + 3) return;
+      Count(inertial_, t, &errors);
+      const Matrix12d by_samples = inertial_.At(At(t))->covariance,
+                      without = plain_.At(At(t))->covariance;
+      EXPECT_LT((by_samples.diagonal().array() / without.diagonal().array()).maxCoeff(), 1);
+    });
+    ASSERT_TRUE(inertial_.uses_samples());
+    EXPECT_LT(errors.chi_square / errors.count, 1.5) << latency_s;
+    EXPECT_LT(errors.rotation_chi_square / errors.count, 1.5) << latency_s;
+    from += 20;
+  }
 }
 
 TEST_F(InertialPredictionTest, IsConstantVelocityWithoutSamples) {
