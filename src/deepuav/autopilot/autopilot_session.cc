@@ -103,19 +103,19 @@ void AutopilotSession::TellOrigin(const std::optional<GeoPoint>& origin, int64_t
     origin_tries_ = origin ? kOriginTries : 0;
     warned_of_origin_ = false;
   }
-  if (origin_tries_ == 0 || !IsDue(kOriginEvery, now_ns, &origin_ns_)) return;
+  if (origin_tries_ == 0) return TellOfOtherOrigin(due);
+  if (!IsDue(kOriginEvery, now_ns, &origin_ns_)) return;
   --origin_tries_;
   const auto time_us = static_cast<uint64_t>(std::max<int64_t>(clock_.TimeOf(now_ns) / 1000, 0));
   due->push_back(writer_.GlobalOrigin(*origin_, autopilot_system_, time_us));
 }
 
-void AutopilotSession::HearOrigin(const GeoPoint& origin, std::vector<std::string>* answers) {
-  origin_tries_ = 0;
-  if (!origin_) return;
-  const double apart_m = LocalFromGeo(*origin_, origin).norm();
+void AutopilotSession::TellOfOtherOrigin(std::vector<std::string>* due) {
+  if (!origin_ || !heard_origin_) return;
+  const double apart_m = LocalFromGeo(*origin_, *heard_origin_).norm();
   if (apart_m < kSameOrigin_m || std::exchange(warned_of_origin_, true)) return;
   const std::string text = fmt::format("SLAM: your origin is {:.0f} m off the map's", apart_m);
-  answers->push_back(writer_.StatusText(text, true));
+  due->push_back(writer_.StatusText(text, true));
   Log().warn("autopilot: {}: positions are told from the map's", text);
 }
 
@@ -148,6 +148,8 @@ void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
   told_.reset();
   imu_.Restart();
   if (origin_) origin_tries_ = kOriginTries;
+  heard_origin_.reset();
+  warned_of_origin_ = false;
 }
 
 void AutopilotSession::TellOfInertial(int64_t now_ns, std::vector<std::string>* due) {
@@ -184,7 +186,10 @@ std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64
     answers.push_back(writer_.Timesync(clock_.TimeOf(now_ns), mark_ns));
   };
   MavlinkListener listener{[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
-                           [&](const GeoPoint& origin) { HearOrigin(origin, &answers); }};
+                           [&](const GeoPoint& origin) {
+                             heard_origin_ = origin;
+                             origin_tries_ = 0;
+                           }};
   if (options_.imu.wanted)
     listener.inertial = [&](const InertialMessage& message) { TakeInertial(message, now_ns); };
   ReadMavlink(datagram, listener);

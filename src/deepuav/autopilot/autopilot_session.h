@@ -54,8 +54,8 @@ class AutopilotSession {
   void TellState(Silence why, int64_t now_ns, std::vector<std::string>* due);
   void TellOrigin(const std::optional<GeoPoint>& origin, int64_t now_ns,
                   std::vector<std::string>* due);
-  /// The origin that the autopilot has, whoever set it.
-  void HearOrigin(const GeoPoint& origin, std::vector<std::string>* answers);
+  /// Once, where the autopilot did not take the map's origin.
+  void TellOfOtherOrigin(std::vector<std::string>* due);
   uint64_t GrowingTime(int64_t time_ns);
   void Heartbeat(int system_id, int64_t now_ns);
   void TakeInertial(const InertialMessage& message, int64_t now_ns);
@@ -77,6 +77,7 @@ class AutopilotSession {
   bool warned_of_scale_ = false;
   std::optional<GeoPoint> origin_;
   int origin_tries_ = 0;
+  std::optional<GeoPoint> heard_origin_;  ///< That the autopilot has, whoever set it.
   bool warned_of_origin_ = false;
 };
 

@@ -33,8 +33,10 @@ void ClockSync::Answer(int64_t autopilot_ns, int64_t mark_ns, int64_t now_ns) {
   const int64_t delay_ns = now_ns - mark_ns;
   if (autopilot_ns <= 0 || autopilot_ns > kMostClock || delay_ns > kMostDelay) return;
   const int64_t offset_ns = autopilot_ns - (mark_ns + delay_ns / 2);
+  bool is_sure = delay_ns <= kSureDelay;
   if (is_known_ && std::abs(offset_ns - offset_ns_) > kContradiction) {
     if (++contradictions_ < kSureContradictions) return;
+    is_sure = true;  // The clock before is surely wrong.
     samples_.clear();
     is_known_ = false;
   }
@@ -44,7 +46,7 @@ void ClockSync::Answer(int64_t autopilot_ns, int64_t mark_ns, int64_t now_ns) {
   const auto best =
       std::min_element(samples_.begin(), samples_.end(),
                        [](const Sample& a, const Sample& b) { return a.delay_ns < b.delay_ns; });
-  if (!is_known_ && best->delay_ns > kSureDelay && samples_.size() < kEnoughSlow) return;
+  if (!is_known_ && !is_sure && samples_.size() < kEnoughSlow) return;
   Approach(best->offset_ns, now_ns);
 }
 

@@ -58,6 +58,13 @@ TEST(ClockSync, WaitsForAFasterAnswerThanASlowFirstOne) {
   answer(195 * kMs, &slow);
   ASSERT_TRUE(slow.is_known()) << "no faster one comes";
   EXPECT_EQ(slow.TimeOf(now), now + kOffset + 75 * kMs);
+  const int64_t before = slow.TimeOf(now) - now;
+  for (int i = 0; i < 3; ++i) {
+    now += kSecond;
+    slow.Answer(now, slow.Ask(now), now + 180 * kMs);
+  }
+  EXPECT_TRUE(slow.is_known());
+  EXPECT_LT(slow.TimeOf(now) - now, before - 400 * kSecond) << "an autopilot that began anew";
 }
 
 TEST(ClockSync, FollowsAnAutopilotThatBeginsAnewAndNoSingleOutlier) {
