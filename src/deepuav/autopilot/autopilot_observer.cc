@@ -9,6 +9,20 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kMostMetrics = 256;
+constexpr int64_t kNewest = std::numeric_limits<int64_t>::max();
+
+/// With the heading and the origin of those before.
+MetricFromMap GoingOn(const MetricFromMap& before, MetricFromMap now) {
+  const Eigen::Vector3d origin_in_map = before.metric_from_map.Inverse() * Eigen::Vector3d::Zero();
+  const Eigen::Vector3d x =
+      (before.metric_from_map.rotation() * now.metric_from_map.rotation().conjugate()) *
+      Eigen::Vector3d::UnitX();
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(std::atan2(x.y(), x.x()), Eigen::Vector3d::UnitZ()));
+  const Eigen::Vector3d origin = turn * (now.metric_from_map * origin_in_map);
+  now.metric_from_map = Sim3(1, turn, -origin) * now.metric_from_map;
+  return now;
+}
 
 }  // namespace
 
@@ -24,7 +38,9 @@ void AutopilotObserver::Arrived(Timestamp time, const Stopwatch& since_arrival) 
 void AutopilotObserver::UseMetric(MapId map, int64_t revision,
                                   const std::optional<MetricFromMap>& metric) {
   const std::scoped_lock lock(mutex_);
-  Keep({map, revision, metric});
+  const std::optional<MetricFromMap> before = MetricIn(map, kNewest);
+  const bool goes_on = before && metric && !before->origin && !metric->origin;
+  Keep({map, revision, goes_on ? GoingOn(*before, *metric) : metric});
 }
 
 void AutopilotObserver::Keep(MetricSince since) {
@@ -34,7 +50,6 @@ void AutopilotObserver::Keep(MetricSince since) {
 
 void AutopilotObserver::OnMap(const MapEvent& event) {
   if (event.change != MapChange::kMerged) return;
-  constexpr int64_t kNewest = std::numeric_limits<int64_t>::max();
   const std::scoped_lock lock(mutex_);
   if (MetricIn(event.into, kNewest)) return;
   std::optional<MetricFromMap> metric = MetricIn(event.map, kNewest);

@@ -18,7 +18,8 @@ class AutopilotObserver : public RunObserver {
 
   /// An image came, so long ago; before it is told of as a frame.
   void Arrived(Timestamp time, const Stopwatch& since_arrival);
-  /// From this revision of the map on; nothing: it has no scale.
+  /// From this revision of the map on; nothing: it has no scale. Where the map had metres before,
+  /// it keeps its heading and the point that is the origin: who finds them knows scale and level.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
   OdometryEstimator::Answer At(int64_t time_ns);
   /// Of the body's sensor, on the machine's clock: to predict by.
@@ -33,7 +34,10 @@ class AutopilotObserver : public RunObserver {
   void OnMap(const MapEvent& event) override;
   void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
     // A free one says nothing against what others know of the map.
-    if (const auto metric = MetricOf(gauge)) UseMetric(map, revision, metric);
+    const auto metric = MetricOf(gauge);
+    if (!metric) return;
+    const std::scoped_lock lock(mutex_);
+    Keep({map, revision, metric});
   }
 
  private:

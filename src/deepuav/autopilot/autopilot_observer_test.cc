@@ -171,6 +171,28 @@ TEST(AutopilotObserver, MetresOutlastAMerger) {
             1e-6);
 }
 
+TEST(AutopilotObserver, FoundAnewMetresKeepHeadingAndOrigin) {
+  AutopilotObserver autopilot(Estimator());
+  const auto told_with = [&](const MetricFromMap& metric, int64_t revision) {
+    autopilot.UseMetric(MapId{0}, revision, metric);
+    FrameRecord record;
+    record.map = MapId{0};
+    record.map_revision = revision;
+    record.cam_from_world = SE3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1, 2, 3));
+    for (int i = 0; i < 2; ++i) autopilot.OnFrame(record, Frame{});
+    return autopilot.At(SteadyNow()).odometry->local_from_body;
+  };
+  MetricFromMap metric;
+  metric.metric_from_map = Sim3(2, RotationExp({0, 0, 0.4}), {5, 6, 7});
+  const SE3 before = told_with(metric, 1);
+  metric.metric_from_map = Sim3(2.02, RotationExp({0, 0, -1.2}), {0, 0, 0});
+  const SE3 after = told_with(metric, 2);
+  EXPECT_LT((after.translation() - 1.01 * before.translation()).norm(), 1e-6);
+  EXPECT_LT((before.Inverse() * after).Angle(), 1e-9);
+  metric.origin = GeoPoint{47, 8, 400};
+  EXPECT_GT((after.Inverse() * told_with(metric, 3)).Angle(), 0.1) << "a place on Earth is one";
+}
+
 TEST(AutopilotObserver, BringsSamplesAmongTheImages) {
   constexpr int64_t kSecond = 1'000'000'000, kImage = 5 * kSecond;
   constexpr int64_t kRounding = 10;  // Times pass through seconds in floating point.
