@@ -33,7 +33,8 @@ void SetDistortion(LensModel lens, std::vector<double> coefficients, const std::
                    const std::string& field, Camera* camera) {
   DropZeros(&coefficients);
   camera->lens = lens;
-  if (lens != LensModel::kPinhole) camera->distortion = std::move(coefficients);
+  const bool are_none = std::ranges::all_of(coefficients, [](double k) { return k == 0; });
+  if (lens != LensModel::kPinhole || !are_none) camera->distortion = std::move(coefficients);
   CheckDistortionCount(lens, camera->distortion.size(), where, field);
 }
 
@@ -191,10 +192,10 @@ Camera KalibrCamera(const YamlMap& yaml) {
   const char* field =
       yaml.Has("distortion_coeffs") ? "distortion_coeffs" : "distortion_coefficients";
   if (!yaml.Has("distortion_model") && !yaml.Has(field)) return camera;
-  const std::string lens = yaml.Text("distortion_model");
-  if (lens == "none") return camera;
-  SetDistortion(LensNamed(yaml, lens), yaml.Numbers(field), yaml.Where(field), yaml.Name(field),
-                &camera);
+  const std::string name = yaml.Text("distortion_model");
+  const LensModel lens = name == "none" ? LensModel::kPinhole : LensNamed(yaml, name);
+  if (lens == LensModel::kPinhole && !yaml.Has(field)) return camera;
+  SetDistortion(lens, yaml.Numbers(field), yaml.Where(field), yaml.Name(field), &camera);
   return camera;
 }
 

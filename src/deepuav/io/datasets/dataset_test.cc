@@ -1,5 +1,7 @@
 #include "deepuav/io/datasets/dataset.h"
 
+#include <gmock/gmock.h>
+
 #include <functional>
 
 #include "deepuav/io/testing/io_test_support.h"
@@ -151,6 +153,10 @@ TEST_F(EurocTest, NamesTheFieldOfAWrongSensorFile) {
   EXPECT_EQ(
       SensorError("radial-tangential", "fov"),
       ":15: distortion_model is 'fov': expected one as pinhole, radial_tangential, equidistant");
+  EXPECT_EQ(SensorError("distortion_model: radial-tangential\n", ""),
+            ": field 'distortion_model' is missing: expected a word");
+  EXPECT_THAT(SensorError("radial-tangential", "none"),
+              testing::HasSubstr("4 coefficients: expected none for a pinhole"));
   EXPECT_EQ(SensorError("45.5, 46.5, 31.25, 24.75", "45.5, 46.5, 31.25"),
             ":14: intrinsics holds 3 numbers: expected 4 (fu, fv, cu, cv)");
   EXPECT_EQ(SensorError("45.5, 46.5", ".nan, 46.5"),

@@ -27,6 +27,7 @@ SE3 ReadEurocBodyFromSensor(const std::filesystem::path& file) {
 
 EurocSensor ReadEurocSensor(const std::filesystem::path& file) {
   const YamlMap yaml = YamlMap::Read(file);
+  yaml.Text("distortion_model");  // Kalibr leaves it out of a pinhole's.
   EurocSensor sensor{KalibrCamera(yaml), BodyFromSensor(yaml)};
   const double rate_hz = yaml.Number("rate_hz");
   if (rate_hz <= 0) {

@@ -9,6 +9,7 @@
 namespace deepuav {
 namespace {
 
+constexpr size_t kMostHeadLines = 10;
 constexpr double kFoot_m = 0.3048;
 constexpr ColumnUnit<double> kMetres[] = {{"m", 1},
                                           {"meter", 1},
@@ -107,12 +108,12 @@ void CheckFieldCount(const TableRow& fields, size_t needed, const char* names,
 }
 
 std::vector<HeadLine> FirstLines(const std::filesystem::path& file) {
-  constexpr size_t kHeadBytes = 8192, kMostLines = 10;
+  constexpr size_t kHeadBytes = 8192;
   constexpr std::string_view kBlank = " \t\r\xEF\xBB\xBF";
   const std::string head = ReadHead(file, kHeadBytes);
   std::string_view rest = head;
   std::vector<HeadLine> lines;
-  while (!rest.empty() && lines.size() < kMostLines) {
+  while (!rest.empty() && lines.size() < kMostHeadLines) {
     const size_t end = std::min(rest.find('\n'), rest.size());
     std::string_view line = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
@@ -125,9 +126,11 @@ std::vector<HeadLine> FirstLines(const std::filesystem::path& file) {
   return lines;
 }
 
-size_t FirstRow(const TextFile& text, const std::string& head) {
-  for (size_t i = 0; i < text.lines().size(); ++i) {
-    if (text.lines()[i].text == head) return i + 1;
+size_t FirstRow(const TextFile& text, const HeadLine& head) {
+  if (head.is_comment) return 0;
+  const size_t among = std::min(text.lines().size(), kMostHeadLines);
+  for (size_t i = 0; i < among; ++i) {
+    if (text.lines()[i].text == head.text) return i + 1;
   }
   return 0;
 }

@@ -32,7 +32,7 @@ struct HeadLine {
 std::vector<HeadLine> FirstLines(const std::filesystem::path& file);
 
 /// The index of the first row: behind the head, where that is a line of the text.
-size_t FirstRow(const TextFile& text, const std::string& head);
+size_t FirstRow(const TextFile& text, const HeadLine& head);
 
 std::string LowerCase(std::string_view text);
 

@@ -59,9 +59,9 @@ bool IsRow(const TableRow& fields) {
          IsNumber(fields[1], &number) && IsNumber(fields[2], &number);
 }
 
-std::optional<std::string> TableHead(const std::vector<HeadLine>& lines) {
+std::optional<HeadLine> TableHead(const std::vector<HeadLine>& lines) {
   for (const HeadLine& line : lines) {
-    if (ColumnsOfHead(line.text)) return line.text;
+    if (ColumnsOfHead(line.text)) return line;
   }
   return std::nullopt;
 }
@@ -109,7 +109,7 @@ class Tags {
   std::vector<Geotag> tags_;
 };
 
-std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<std::string>& head) {
+std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<HeadLine>& head) {
   std::optional<Columns> columns;
   Tags tags;
   TableRow fields;
@@ -118,8 +118,8 @@ std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<std::str
     const std::string where = text.Where(line);
     SplitRow(line.text, &fields);
     if (!columns)
-      columns =
-          head ? ColumnsOfHead(*head, line.text) : Columns{0, FixColumns::ByPlace(fields.size())};
+      columns = head ? ColumnsOfHead(head->text, line.text)
+                     : Columns{0, FixColumns::ByPlace(fields.size())};
     CheckFieldCount(fields, 1 + std::max(columns->image, columns->fix.last_needed()),
                     "image and its position", where);
     tags.Add(fields[columns->image], ParseFix(fields, columns->fix, where), where);

@@ -18,10 +18,9 @@ constexpr size_t kFewestColumns = 3, kFewestPoseColumns = 8;
 constexpr double kLowest_m = -12'000, kHighest_m = 1'000'000;
 constexpr double kLargestSeconds = 9223372036;  // The last second of a 64-bit time stamp.
 
-/// Without the '#' of a commented head.
-std::string FirstLine(const std::filesystem::path& file) {
+HeadLine FirstLine(const std::filesystem::path& file) {
   const std::vector<HeadLine> lines = FirstLines(file);
-  return lines.empty() ? std::string() : lines.front().text;
+  return lines.empty() ? HeadLine() : lines.front();
 }
 
 bool IsGpx(const std::filesystem::path& file, std::string_view first_line) {
@@ -68,8 +67,8 @@ Timestamp ParseTime(std::string_view text, std::optional<int> places, const std:
 }
 
 template <typename Take>
-void VisitCsv(const std::filesystem::path& file, const std::string& first_line, Take&& take) {
-  std::optional<Columns> columns = ColumnsOfHead(first_line);
+void VisitCsv(const std::filesystem::path& file, const HeadLine& first_line, Take&& take) {
+  std::optional<Columns> columns = ColumnsOfHead(first_line.text);
   const TextFile text(file);
   TableRow fields;
   for (size_t i = columns ? FirstRow(text, first_line) : 0; i < text.lines().size(); ++i) {
@@ -108,7 +107,7 @@ bool IsPossibleAltitude(double altitude_m) {
 }
 
 bool IsGnssFile(const std::filesystem::path& file) {
-  const std::string first_line = FirstLine(file);
+  const std::string first_line = FirstLine(file).text;
   if (IsGpx(file, first_line) || ColumnsOfHead(first_line)) return true;
   TableRow fields;
   SplitRow(first_line, &fields);
@@ -129,8 +128,8 @@ std::vector<GnssFix> ReadGnssFile(const std::filesystem::path& file) {
     }
     if (fixes.empty() || fixes.back().time < fix.time) fixes.push_back(fix);
   };
-  const std::string first_line = FirstLine(file);
-  if (IsGpx(file, first_line)) {
+  const HeadLine first_line = FirstLine(file);
+  if (IsGpx(file, first_line.text)) {
     VisitGpxPoints(file, take);
   } else {
     VisitCsv(file, first_line, take);
