@@ -44,7 +44,7 @@ FeedView FeedOf(const LiveStatus& status) {
   const char* pictures[] = {"open", "open, stands still", "open, frozen"};
   FeedView view;
   view.link = status.counts.is_open ? pictures[static_cast<int>(status.counts.picture)] : "closed";
-  view.arrived = status.counts.arrived;
+  view.arrived = status.counts.arrived + status.counts.late;
   view.skipped = status.skipped + status.counts.late;
   view.reconnects = status.counts.reconnects;
   view.latency_ms = kMs * status.latency.median_s;
@@ -64,8 +64,8 @@ std::string DescribeLive(const FinishedRun& run) {
   return fmt::format(
       "{} images arrived, {} overtaken by newer ones, {} frozen, {} of other proportions; the link "
       "came back {} times\npose {:.1f} ms after the image (median; 95 %: {:.1f} ms)\n",
-      live.arrived, run.result.skipped_late + live.late, live.frozen, live.misfits, live.reconnects,
-      1e3 * live.median_latency_s, 1e3 * live.p95_latency_s);
+      live.arrived + live.late, run.result.skipped_late + live.late, live.frozen, live.misfits,
+      live.reconnects, 1e3 * live.median_latency_s, 1e3 * live.p95_latency_s);
 }
 
 void Run(const LiveArguments& arguments) {

@@ -21,7 +21,9 @@ struct StreamOptions {
   int width_px = 0, height_px = 0;  ///< Asked of a camera; 0: what it gives.
 };
 
-/// A camera, by OpenCV (V4L2), or an address, by FFmpeg.
+/// A camera, by OpenCV (V4L2), or an address, by FFmpeg. How long OpenCV waits for cameras is one
+/// setting of the process, by the environment: the timeout of the first camera holds for all, and
+/// it is to be made while no other thread reads the environment.
 class StreamSource : public LiveSource {
  public:
   StreamSource(std::string address, const StreamOptions& options);
