@@ -124,9 +124,13 @@ api::Result RunUnlessInterrupted(api::DatasetSetup setup, const api::Options& op
     raised.emplace();
     stop = true;
   }
-  api::Result result = run.get();
-  if (!raised) return result;
-  if (!out.empty()) result.Write(out);
+  try {
+    api::Result result = run.get();
+    if (!raised) return result;
+    if (!out.empty()) result.Write(out);
+  } catch (const api::Error&) {
+    if (!raised) throw;  // Who is interrupted is to know that first.
+  }
   throw std::move(*raised);
 }
 
@@ -139,7 +143,7 @@ int TraverseSlam(PyObject* self, visitproc visit, void* arg) {
 }
 
 int ClearSlam(PyObject* self) {
-  nb::inst_ptr<PythonSlam>(self)->callbacks().Clear();
+  if (nb::inst_ready(self)) nb::inst_ptr<PythonSlam>(self)->callbacks().Clear();
   return 0;
 }
 

@@ -12,7 +12,9 @@ static_assert(static_cast<int>(MapChange::kAdjusted) ==
               static_cast<int>(core::MapChange::kAdjusted));
 
 EventQueue::EventQueue(Observer* observer, size_t capacity)
-    : observer_(observer), capacity_(capacity), thread_([this] { Deliver(); }) {}
+    : observer_(observer),
+      capacity_(std::max<size_t>(capacity, 1)),
+      thread_([this] { Deliver(); }) {}
 
 EventQueue::~EventQueue() {
   {
