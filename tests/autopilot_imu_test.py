@@ -12,6 +12,7 @@ import json
 import math
 import os
 import signal
+import statistics
 import struct
 import tempfile
 import threading
@@ -122,6 +123,11 @@ class Flight:
         (t0, p0), (t1, p1) = self.truth[after - 1], self.truth[after]
         share = (t - t0) / (t1 - t0)
         return tuple(a + share * (b - a) for a, b in zip(p0, p1))
+
+    def speed(self, t, step=0.02):
+        """m/s; nothing outside of the truth."""
+        before, after = self.position(t - step), self.position(t + step)
+        return math.dist(before, after) / (2 * step) if before and after else None
 
 
 class FlightCamera(live_test.Camera):
@@ -243,8 +249,10 @@ class AutopilotImuTest(unittest.TestCase):
                  if message.reset_counter == counter and flight.position(at(message))]
         self.assertGreater(len(pairs), ODOMETRY_WANTED, log)
         found, truth = zip(*pairs)
+        speeds_off = [abs(math.hypot(message.vx, message.vy, message.vz) - speed) for message in odometry
+                      if message.reset_counter == counter and (speed := flight.speed(at(message))) is not None]
         print(f"{len(odometry)} ODOMETRY, {len(pairs)} of one gauge; spread {spread(found):.4f} m, truth "
-              f"{spread(truth):.4f} m; {told}")
+              f"{spread(truth):.4f} m; speed off by {statistics.median(speeds_off):.4f} m/s (median); {told}")
         self.assertAlmostEqual(spread(found) / spread(truth), 1, delta=METRES_OFF)
         heights = [[a[2] - b[2] for a, b in pairs]]
         self.assertLess(spread(list(zip(*heights))), METRES_OFF * spread(truth) + HEIGHT_OFF_M, "z is up")

@@ -137,31 +137,29 @@ class OlderFlightTest : public BackEndTest {
   OlderFlightTest() : BackEndTest(false) {}
 };
 
-TEST_F(BackEndTest, TellsThatTheYoungerMapBecamePartOfTheOlder) {
-  BackEnd back_end = MakeBackEnd();
+/// `into_from_map`: nearly the one it is to tell.
+void ExpectMerger(BackEnd back_end, const std::vector<KeyframeRequest>& requests, MapId map,
+                  MapId into, const Sim3& into_from_map) {
   MergerRecorder recorder;
   back_end.Observe(&recorder);
   SequentialLane lane(&back_end);
-  for (const double x : {3.5, 4.5, 5.5}) lane.Submit(Request(x));
+  for (const KeyframeRequest& request : requests) lane.Submit(request);
   ASSERT_EQ(recorder.mergers.size(), 1);
   const MapEvent& merger = recorder.mergers[0];
-  EXPECT_EQ(merger.map, flight_.map);
-  EXPECT_EQ(merger.into, place_.map);
-  ExpectNear(merger.into_from_map, map_from_world_.Inverse());
+  EXPECT_EQ(merger.map, map);
+  EXPECT_EQ(merger.into, into);
   EXPECT_GT(merger.revision, 0);
+  ExpectNear(merger.into_from_map, into_from_map);
+}
+
+TEST_F(BackEndTest, TellsThatTheYoungerMapBecamePartOfTheOlder) {
+  ExpectMerger(MakeBackEnd(), {Request(3.5), Request(4.5), Request(5.5)}, flight_.map, place_.map,
+               map_from_world_.Inverse());
 }
 
 TEST_F(OlderFlightTest, TellsItWhereTheCameraIsInTheOlderOne) {
-  BackEnd back_end = MakeBackEnd();
-  MergerRecorder recorder;
-  back_end.Observe(&recorder);
-  SequentialLane lane(&back_end);
-  for (const double x : {3.5, 4.5, 5.5}) lane.Submit(Request(x));
-  ASSERT_EQ(recorder.mergers.size(), 1);
-  const MapEvent& merger = recorder.mergers[0];
-  EXPECT_EQ(merger.map, place_.map);
-  EXPECT_EQ(merger.into, flight_.map);
-  ExpectNear(merger.into_from_map, map_from_world_);
+  ExpectMerger(MakeBackEnd(), {Request(3.5), Request(4.5), Request(5.5)}, place_.map, flight_.map,
+               map_from_world_);
 }
 
 TEST_F(BackEndTest, WhatClosingLoopsThrowsReachesTheCallerOfAThreadedLane) {
