@@ -9,17 +9,12 @@ namespace deepuav {
 namespace {
 
 double Seconds(int64_t from_ns, int64_t to_ns) {
-  return 1e-9 * static_cast<double>(to_ns - from_ns);
+  return SecondsBetween(Timestamp{from_ns}, Timestamp{to_ns});
 }
 
-/// Before that many images were foretold nobody is better.
-constexpr double kFewestJudged = 5;
-/// A turn that counts as much as a metre, rad.
-constexpr double kTurnPerMetre = 0.3;
-
-double SquaredError(const SE3& foretold, const SE3& found) {
+double SquaredError(const SE3& foretold, const SE3& found, double turn_per_metre) {
   Vector6d residual = PoseResidual(foretold, found);
-  residual.tail<3>() /= kTurnPerMetre;
+  residual.tail<3>() /= turn_per_metre;
   return residual.squaredNorm();
 }
 
@@ -43,7 +38,7 @@ void InertialPrediction::AddInertial(const ImuSample& sample) {
 }
 
 bool InertialPrediction::uses_samples() const {
-  return filter_ && judged_ >= kFewestJudged && inertial_error_ <= plain_error_;
+  return filter_ && judged_ >= options_.fewest_judged && inertial_error_ <= plain_error_;
 }
 
 bool InertialPrediction::HasSamples(int64_t from_ns, int64_t to_ns) const {
@@ -111,7 +106,8 @@ void InertialPrediction::JudgeBy(const std::optional<InertialFilter>& foretold, 
   if (!foretold || !plainly) return;
   judged_ = std::min(judged_ + 1, options_.judged_images);
   const auto take = [&](const SE3& predicted, double* mean) {
-    *mean += (SquaredError(predicted, pose.local_from_body) - *mean) / judged_;
+    *mean +=
+        (SquaredError(predicted, pose.local_from_body, options_.turn_per_metre) - *mean) / judged_;
   };
   take(foretold->local_from_body, &inertial_error_);
   take(plainly->local_from_body, &plain_error_);

@@ -15,6 +15,8 @@ struct InertialPredictionOptions {
   double kept_s = 2;             ///< Of samples.
   /// Of the images whose foretelling is remembered, by which it is judged.
   double judged_images = 20;
+  double fewest_judged = 5;     ///< Before so many were foretold constant velocity speaks.
+  double turn_per_metre = 0.3;  ///< Error of a turn that counts as much as a metre, rad.
 };
 
 /// By the samples of the body's inertial sensor where they are there and foretold the latest images
