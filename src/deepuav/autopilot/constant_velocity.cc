@@ -56,20 +56,13 @@ void ConstantVelocity::Add(int64_t time_ns, const BodyPose& pose) {
   time_ns_ = time_ns;
   ++poses_;
   const SE3& predicted = motion_.local_from_body;
-  const Vector6d residual = PoseResidual(predicted, pose.local_from_body);
-  const Matrix12d& prior = motion_.covariance;
-  const Matrix6d noise = NoiseOf(pose, options_.trust);
-  const Eigen::LLT<Matrix6d> innovation(Matrix6d(prior.topLeftCorner<6, 6>() + noise));
-  const Eigen::Matrix<double, 12, 6> gain = innovation.solve(prior.topRows<6>()).transpose();
-  const Eigen::Matrix<double, 12, 1> step = gain * residual;
+  const PoseUpdate<12> update(motion_.covariance, NoiseOf(pose, options_.trust));
+  const Eigen::Matrix<double, 12, 1> step =
+      update.gain * PoseResidual(predicted, pose.local_from_body);
   motion_.local_from_body = MovedBy(predicted, step.head<6>());
   motion_.velocity_local += step.segment<3>(6);
   motion_.turn_rate_body += step.tail<3>();
-  // Joseph's form, which stays positive.
-  Matrix12d kept = Matrix12d::Identity();
-  kept.leftCols<6>() -= gain;
-  const Matrix12d posterior = kept * prior * kept.transpose() + gain * noise * gain.transpose();
-  motion_.covariance = 0.5 * (posterior + posterior.transpose());
+  motion_.covariance = update.posterior;
   motion_.covariance_is_known = pose.covariance_is_known;
 }
 

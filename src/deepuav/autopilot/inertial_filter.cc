@@ -1,7 +1,5 @@
 #include "deepuav/autopilot/inertial_filter.h"
 
-#include <Eigen/Cholesky>
-
 #include "deepuav/autopilot/pose_noise.h"
 
 namespace deepuav {
@@ -52,20 +50,14 @@ void Integrate(const ImuSample& sample, int64_t until_ns, const InertialErrors& 
 }
 
 void Correct(const SE3& local_from_body, const Matrix6d& noise, InertialFilter* filter) {
-  const Matrix15d& prior = filter->covariance;
-  const Eigen::LLT<Matrix6d> innovation(Matrix6d(prior.topLeftCorner<6, 6>() + noise));
-  const Eigen::Matrix<double, 15, 6> gain = innovation.solve(prior.topRows<6>()).transpose();
+  const PoseUpdate<15> update(filter->covariance, noise);
   const Eigen::Matrix<double, 15, 1> step =
-      gain * PoseResidual(filter->local_from_body, local_from_body);
+      update.gain * PoseResidual(filter->local_from_body, local_from_body);
   filter->local_from_body = MovedBy(filter->local_from_body, step.head<6>());
   filter->velocity_local += step.segment<3>(kVelocity);
   filter->gyroscope_bias += step.segment<3>(kGyroscope);
   filter->accelerometer_bias += step.segment<3>(kAccelerometer);
-  // Joseph's form, which stays positive.
-  Matrix15d kept = Matrix15d::Identity();
-  kept.leftCols<6>() -= gain;
-  const Matrix15d posterior = kept * prior * kept.transpose() + gain * noise * gain.transpose();
-  filter->covariance = 0.5 * (posterior + posterior.transpose());
+  filter->covariance = update.posterior;
 }
 
 void MoveFrame(const SE3& local_from_body, const Matrix6d& noise, InertialFilter* filter) {
