@@ -33,11 +33,24 @@ class Usage(CommandTest):
                                  ([*run, "--schedule", "later"], "later"), ([*run, "--use", "camera,radar"], "radar"),
                                  ([*run, "--use", "gnss"], "camera"), ([*run, "--use", "camera,barometer"], "gnss"),
                                  ([*run, "--log-level", "loud"], "loud"),
-                                 (["eval", SCRATCH, __file__, "--rpe-delta", "0"], "above 0"),
-                                 (["eval", SCRATCH, __file__, "--start", "-1"], "at least 0"),
+                                 (["eval", SCRATCH, __file__, "--end", "0"], "above 0"),
+                                 (["eval", SCRATCH, __file__, "--rpe-delta", "0"], "more than 0, at most"),
+                                 (["eval", SCRATCH, __file__, "--start", "-1"], "0 to 1000000000"),
                                  (["eval", SCRATCH, __file__, "--align", "so3"], "so3")):
             with self.subTest(arguments=arguments):
                 self.expect_failure(call(*arguments), named, status=WRONG_USE)
+
+    def test_numbers_beyond_their_bounds_are_told_by_their_argument(self):
+        compared = ["--max-difference", "--time-offset", "--search-offset", "--max-gap", "--start", "--rpe-delta"]
+        export = ["map", "export", "x.deepuav", "--format", "dsm", "--out", "x.tif"]
+        for arguments, options in ((["eval", "a", "b"], compared), (["report", "out"], [*compared, "--pairs", "--points"]),
+                                   (export, ["--resolution"])):
+            for option in options:
+                with self.subTest(arguments=arguments, option=option):
+                    self.expect_failure(call(*arguments, option, "1e300"), f"{option}: '1e300': expected ",
+                                        status=WRONG_USE)
+        self.expect_failure(call("eval", "a", "b", "--start", "5", "--end", "3"), "--end is 3: expected more than --start, 5",
+                            status=WRONG_USE)
 
     def test_wrong_options(self):
         model = "features.model=x"
@@ -107,6 +120,19 @@ class WrongInput(CommandTest):
         self.expect_refused(self.folder / "film.mp4", "film.mp4", "does not begin like a video")
         self.expect_refused(self.folder / "two\nlines", "two?lines")
 
+    def test_a_folder_of_several_datasets(self):
+        heap = self.folder / "heap"
+        for name in ("first", "second"):
+            data.small_euroc(heap / name)
+        self.expect_refused(heap, "heap: holds datasets in sub-folders: expected one of them (first, second)")
+
+    def test_images_of_formats_that_are_not_read(self):
+        phone = self.folder / "phone"
+        phone.mkdir()
+        for name in ("IMG_1.HEIC", "IMG_2.HEIC", "a.gif"):
+            (phone / name).write_text("")
+        self.expect_refused(phone, "1 .gif (a.gif), 2 .heic (IMG_1.HEIC, ...)", "converted to JPEG")
+
     def test_a_list_of_files_is_no_video(self):
         """FFmpeg would follow it, whatever it is called."""
         secret = self.folder / "secret.avi"
@@ -127,17 +153,18 @@ class WrongInput(CommandTest):
         film = self.folder / "film.mp4"
         film.symlink_to(pipe)
         (self.folder / "film.yaml").write_text(data.camera_yaml())
+        run = ["run", dataset, "--out", self.out]
         for arguments in (["eval", pipe, good], ["eval", good, pipe], ["map", "info", pipe],
+                          ["map", "export", pipe, "--format", "ply", "--out", self.folder / "points.ply"],
+                          [*run, "--model", pipe], [*run, "--set", f"features.model={pipe}"],
+                          [*run, "--set", f"places.vocabulary={pipe}"], ["match", pipe, pipe],
                           ["run", dataset, "--out", self.out, "--camera", pipe, "--set", "features.model=x.onnx"],
                           ["run", film, "--out", self.out, "--set", "features.model=x.onnx"],
                           ["run", dataset, "--out", self.out, "--map", pipe, "--set", "features.model=x.onnx"]):
             with self.subTest(arguments=arguments):
-                self.expect_failure(call(*arguments), "pipe", "expected a file")
+                self.expect_failure(call(*arguments), "is a named pipe: expected a file")
         self.expect_failure(call("run", dataset, "--out", self.out, "--config", pipe), "is a named pipe",
                             status=WRONG_USE)
-        for name in ("model", "vocabulary"):
-            option = {"model": "features.model", "vocabulary": "places.vocabulary"}[name]
-            self.expect_failure(call("run", dataset, "--out", self.out, "--set", f"{option}={pipe}"), "pipe")
 
     def test_a_named_pipe_among_photographs_is_left_out(self):
         photographs = self.folder / "photographs"
@@ -156,11 +183,14 @@ class WrongInput(CommandTest):
 
     def test_no_output_is_called_dash(self):
         dataset = data.small_euroc(self.folder / "dataset")
-        for arguments in (["run", dataset, "--out", "-"], ["simulate", "--flight", "orbit", "--out", "-"],
-                          ["map", "export", "x.deepuav", "--format", "ply", "--out", "-"],
-                          ["map", "merge", "a.deepuav", "b.deepuav", "--out", "-"]):
+        for *arguments, option in (["run", dataset, "--out=-"], ["simulate", "--flight", "orbit", "--out=-"],
+                                   ["map", "export", "x.deepuav", "--format", "ply", "--out=-"],
+                                   ["map", "merge", "a.deepuav", "b.deepuav", "--out=-"],
+                                   ["match", "a.png", "b.png", "--out=-"], ["match", "a.png", "b.png", "--draw=-"],
+                                   ["report", "out", "--html=-"], ["report", "out", "--plots=-"]):
             with self.subTest(arguments=arguments):
-                self.expect_failure(call(*arguments, cwd=self.folder), "--out", "is '-': expected a path", status=WRONG_USE)
+                self.expect_failure(call(*arguments, option, cwd=self.folder), option.split("=")[0],
+                                    "is '-': expected a path", status=WRONG_USE)
         self.assertFalse((self.folder / "-").exists())
 
     def test_no_sensor(self):

@@ -200,6 +200,14 @@ class Export(MapTest):
         self.assertIn("places may not be recognised", result.stderr)
         self.assertIn(int8.name, result.stderr)
 
+    def test_merge_counts_what_it_joined(self):
+        out = self.folder / "all.deepuav"
+        for files, joined in ((1, "1 map joined to another, 0 loops closed"), (2, "2 maps joined to another, 0 loops closed")):
+            lines = succeed("map", "merge", *[self.map] * (1 + files), "--out", out, "--log-level", "warn").splitlines()
+            self.assertEqual(lines[0], joined)
+            self.assertEqual(len(lines), 2)
+            self.assertEqual(len(info(out)["maps"]), 1)
+
     def test_does_not_overwrite_its_input(self):
         copy = self.folder / "map.deepuav"
         shutil.copy(self.map, copy)

@@ -216,7 +216,12 @@ class SimulateTest(unittest.TestCase):
         self.assertEqual(files_of(at_once), files_of(out))
 
     def test_signal_ends_it_and_it_goes_on(self):
-        out = self.folder / "signal"
+        for sent, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
+            with self.subTest(sent.name):
+                self.end_by(sent, status)
+
+    def end_by(self, sent, status):
+        out = self.folder / sent.name
         more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
         images_of_all = 801  # of two seconds
         process = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
@@ -225,8 +230,8 @@ class SimulateTest(unittest.TestCase):
         deadline = time.monotonic() + 100
         while not (images.is_dir() and list(images.glob("*.jpg"))) and time.monotonic() < deadline:
             time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(timeout=60), 130)
+        process.send_signal(sent)
+        self.assertEqual(process.wait(timeout=60), status)
         listed = rows_of(out / "mav0/cam0/data.csv")
         self.assertTrue(0 < len(listed) < images_of_all, len(listed))
         self.assertEqual({row[1] for row in listed}, {image.name for image in images.iterdir()})
@@ -247,6 +252,7 @@ class SimulateTest(unittest.TestCase):
                 (["--flight", self.flight, "--out", out, "--scene", "moon"], ["moon"]),
                 (["--flight", self.flight, "--out", out, "--seed", "-1"], ["--seed", "0 to 2147483647"]),
                 (["--flight", self.flight, "--out", out, "--frames", "0"], ["--frames", "-1 or", "at least 1"]),
+                (["--flight", self.flight, "--out", out, "--orthophoto", "1e300"], ["--orthophoto", "at most 1000"]),
                 (["--flight", self.flight, "--out", ""], ["--out", "empty"])):
             with self.subTest(arguments=arguments):
                 self.expect_failure(call("simulate", *arguments), WRONG_USE, *parts)

@@ -8,7 +8,7 @@
 #include "deepuav/assembly/live_run.h"
 #include "deepuav/autopilot/autopilot_link.h"
 #include "deepuav/autopilot/autopilot_observer.h"
-#include "deepuav/system/metric_watch.h"
+#include "deepuav/system/sensors/metric_watch.h"
 
 namespace deepuav {
 

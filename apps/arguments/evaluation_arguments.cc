@@ -4,16 +4,16 @@
 #include <vector>
 
 #include "arguments/argument_checks.h"
+#include "arguments/option_bounds_check.h"
 #include "deepuav/base/error.h"
 #include "deepuav/evaluation/evaluation_report.h"
 
 namespace deepuav {
 namespace {
 
-const CLI::Validator kPositive =
-    NumberThat([](double number) { return number > 0; }, "a number above 0");
-const CLI::Validator kNotNegative =
-    NumberThat([](double number) { return number >= 0; }, "a number of at least 0");
+CLI::Validator BoundsOf(const std::string& option) {
+  return WithinBoundsOf<EvaluationOptions>(option);
+}
 
 void AddComparisonArguments(CLI::App& command, EvaluationArguments& arguments) {
   EvaluationOptions& options = arguments.options;
@@ -23,16 +23,17 @@ void AddComparisonArguments(CLI::App& command, EvaluationArguments& arguments) {
   command
       .add_option("--max-difference", options.association.max_difference_s,
                   "Largest difference of associated time stamps, s")
-      ->check(kNotNegative)
+      ->check(BoundsOf("max_difference_s"))
       ->capture_default_str();
   command
       .add_option("--time-offset", options.association.time_offset_s,
                   "Added to the estimate's time stamps, s")
+      ->check(BoundsOf("time_offset_s"))
       ->capture_default_str();
   command
       .add_option("--search-offset", options.search_offset_s,
                   "Search the time offset this far both ways, s")
-      ->check(kNotNegative);
+      ->check(BoundsOf("search_offset_s"));
   command
       .add_option("--lever-arm", arguments.lever_arm_m,
                   "x,y,z: where in the camera (right, down, forward) the antenna is, m")
@@ -43,7 +44,7 @@ void AddComparisonArguments(CLI::App& command, EvaluationArguments& arguments) {
   command
       .add_option("--max-gap", options.association.max_gap_s,
                   "Longest gap of the estimate to interpolate in, s")
-      ->check(kNotNegative)
+      ->check(BoundsOf("max_gap_s"))
       ->capture_default_str();
   command.add_flag("--one-to-one", options.association.one_to_one,
                    "Let no pose be associated twice");
@@ -51,16 +52,16 @@ void AddComparisonArguments(CLI::App& command, EvaluationArguments& arguments) {
   command.add_flag("--photograph-altitude", arguments.truth_options.photograph_altitude,
                    "Use the altitudes of photographs, which are left out otherwise");
   command.add_option("--start", options.start_s, "Evaluate from here on, s from the first truth")
-      ->check(kNotNegative)
+      ->check(BoundsOf("start_s"))
       ->capture_default_str();
   command.add_option("--end", options.end_s, "Evaluate to here, s from the first truth")
-      ->check(kPositive);
+      ->check(NumberThat([](double number) { return number > 0; }, "a number above 0"));
 }
 
 void AddRelativeArguments(CLI::App& command, EvaluationArguments& arguments) {
   RpeOptions& rpe = arguments.options.rpe;
   command.add_option("--rpe-delta", rpe.delta, "Step of the relative pose error")
-      ->check(kPositive)
+      ->check(BoundsOf("rpe.delta"))
       ->capture_default_str();
   command.add_option("--rpe-unit", arguments.rpe_unit, "Unit of the step")
       ->check(CLI::IsMember({"frames", "m", "s"}))
@@ -83,6 +84,10 @@ void FinishEvaluationArguments(EvaluationArguments* arguments) {
   options.rpe.unit = ParseRpeUnit(arguments->rpe_unit);
   if (!arguments->lever_arm_m.empty())
     options.antenna_cam_m = Eigen::Vector3d::Map(arguments->lever_arm_m.data());
+  if (options.end_s <= options.start_s) {
+    throw CLI::ValidationError(
+        fmt::format("--end is {}: expected more than --start, {}", options.end_s, options.start_s));
+  }
   try {
     options.Check();
   } catch (const Error& error) {

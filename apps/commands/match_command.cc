@@ -42,7 +42,7 @@ bool CanBeNamed(const fs::path& picture) {
 }
 
 void CheckUse(const MatchArguments& arguments) {
-  const auto refuse = [](const char* message) { throw CLI::ValidationError(message); };
+  const auto refuse = [](const std::string& message) { throw CLI::ValidationError(message); };
   if (!arguments.pairs.empty() && !arguments.a.empty())
     refuse("two images or --pairs: expected one of them");
   if (arguments.pairs.empty() && arguments.b.empty()) {
@@ -50,6 +50,10 @@ void CheckUse(const MatchArguments& arguments) {
                ? "expected two images, or a list of them by --pairs"
                : "expected two images before --draw, which takes a word behind it as its file");
   }
+  // A check of the argument would see what it has without a word behind it, too.
+  if (const std::string fault = NamedOutput()(arguments.picture);
+      !fault.empty() && !arguments.picture.empty())
+    refuse("--draw: " + fault);
   if (!CanBeNamed(arguments.picture))
     refuse("--draw writes PNG: expected a file that ends in .png");
   if (arguments.pairs.empty()) return;
@@ -175,8 +179,10 @@ void AddArguments(CLI::App& command, MatchArguments& arguments) {
                   "Folder that relative paths of the list start from; else the working folder")
       ->needs(pairs)
       ->check(CLI::ExistingDirectory);
-  command.add_option("--out", arguments.out,
-                     "Folder for 00000.txt, ... with 'x0 y0 x1 y1 score' a line; else stdout");
+  command
+      .add_option("--out", arguments.out,
+                  "Folder for 00000.txt, ... with 'x0 y0 x1 y1 score' a line; else stdout")
+      ->check(NamedOutput());
   command
       .add_option(
           "--draw", arguments.picture,

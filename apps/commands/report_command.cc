@@ -5,6 +5,7 @@
 
 #include "arguments/argument_checks.h"
 #include "arguments/evaluation_arguments.h"
+#include "arguments/option_bounds_check.h"
 #include "commands/commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -75,12 +76,6 @@ void Report(ReportArguments arguments) {
     throw CLI::ValidationError(fmt::format(
         "--truth names {} for {} runs: expected one for all or one each", truths, outs));
   }
-  try {
-    arguments.pictures.Check();
-    arguments.page.Check();
-  } catch (const Error& error) {
-    throw CLI::ValidationError(error.what());
-  }
 
   std::vector<RunFolder> runs = ReadRuns(arguments);
   const std::filesystem::path page =
@@ -108,8 +103,10 @@ void AddReportCommand(CLI::App& app) {
   command->add_option("--plots", arguments->plots, "Folder for the plots as SVG, made if absent")
       ->check(NamedOutput());
   command->add_option("--pairs", arguments->pictures.pairs, "Pairs of keyframes shown of each run")
+      ->check(WithinBoundsOf<PictureOptions>("pairs"))
       ->capture_default_str();
   command->add_option("--points", arguments->page.max_points, "Most points of each cloud")
+      ->check(WithinBoundsOf<ReportPageOptions>("max_points"))
       ->capture_default_str();
   AddEvaluationArguments(command, &arguments->evaluation);
   command->footer(

@@ -12,7 +12,6 @@
 namespace deepuav {
 namespace {
 
-constexpr double kRedrawSeconds = 0.2, kLogSeconds = 15;
 constexpr int kBarWidth = 30;
 constexpr size_t kUsualColumns = 80;
 constexpr char kClearLine[] = "\r\033[K";
@@ -25,8 +24,11 @@ size_t TerminalColumns() {
 
 }  // namespace
 
-ProgressBar::ProgressBar(int total, std::string what)
-    : total_(std::max(total, 1)), what_(std::move(what)), terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressBar::ProgressBar(int total, std::string what, const ProgressPauses& pauses)
+    : total_(std::max(total, 1)),
+      what_(std::move(what)),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      pause_s_(terminal_ ? pauses.redraw_s : pauses.log_s) {
   // A line of the log takes the place of the bar, which is drawn again below it.
   if (terminal_) Log().set_pattern(fmt::format("{}%^%l%$: %v", kClearLine));
 }
@@ -45,8 +47,7 @@ void ProgressBar::Count(const std::string& what, int done, int total) {
 }
 
 void ProgressBar::Advance(int done, const std::string& status) {
-  const double pause_s = terminal_ ? kRedrawSeconds : kLogSeconds;
-  if (since_told_.Seconds() < pause_s && !(terminal_ && done >= total_)) return;
+  if (since_told_.Seconds() < pause_s_ && !(terminal_ && done >= total_)) return;
   since_told_.Restart();
   const double per_second = done / std::max(running_.Seconds(), 1e-3);
   if (!terminal_) {

@@ -6,12 +6,18 @@
 
 namespace deepuav {
 
+/// Least seconds between two messages.
+struct ProgressPauses {
+  double redraw_s = 0.2;  ///< Of the bar on a terminal.
+  double log_s = 15;      ///< Between lines of the log.
+};
+
 /// One line on stderr that tells how far a run is; where stderr is no terminal, a line of the log
 /// now and then.
 class ProgressBar {
  public:
   /// `what` is counted, in the plural.
-  explicit ProgressBar(int total, std::string what = "frames");
+  explicit ProgressBar(int total, std::string what = "frames", const ProgressPauses& pauses = {});
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -26,6 +32,7 @@ class ProgressBar {
   int total_;
   std::string what_;
   const bool terminal_;
+  const double pause_s_;
   Stopwatch running_, since_told_;
 };
 

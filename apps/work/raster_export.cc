@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "arguments/argument_checks.h"
+#include "arguments/option_bounds_check.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/text_file.h"
@@ -72,7 +73,8 @@ void AddRasterArguments(CLI::App& command, RasterArguments& arguments) {
       .add_option("--resolution", arguments.resolution,
                   "Width of a cell of an orthophoto or DSM, in the map's unit; by default what a "
                   "photograph's pixel shows, or what the landmarks tell")
-      ->check(NumberThat([](double value) { return value > 0; }, "a positive number"));
+      ->check(NumberThat([](double value) { return value > 0; }, "a positive number"))
+      ->check(WithinBoundsOf<OrthoOptions>("resolution"));
   command
       .add_option("--images", arguments.images,
                   "The folder or video that the map was made of, where it is not where it was")
@@ -87,7 +89,7 @@ void ExportOrthophoto(const fs::path& out, const LoadedAtlas& loaded, MapId map,
   const OrthoOptions options = OptionsOf(arguments);
   OrthoPlan plan = PlanOrtho(scene, photographs->stored_size().width, options);
   Describe(plan, scene.scene.frame);
-  GeoTiffWriter writer(out, plan.raster, GeoTiffPixels::kColor);
+  GeoTiffWriter writer(out, plan.raster, GeoTiffPixels::kColour);
   constexpr int kParts = 100;
   ProgressBar bar(kParts, "percent");
   MakeOrthophoto(

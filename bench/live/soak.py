@@ -14,8 +14,6 @@ import tempfile
 import time
 from pathlib import Path
 
-from PIL import Image
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 import live_test
 import program_under_test
@@ -28,6 +26,10 @@ RECORDS_FULL_MIN = 12  # The bounded records of frames are full after 8 min at 2
 
 def pictures(dataset):
     """The dataset's images as JPEGs."""
+    try:
+        from PIL import Image  # here, as --help needs none
+    except ModuleNotFoundError:
+        raise SystemExit("soak.py: no module PIL: expected Pillow, as in .venv after scripts/test.sh") from None
     files = sorted((Path(dataset) / "mav0/cam0/data").iterdir())
     for file in files:
         jpeg = io.BytesIO()

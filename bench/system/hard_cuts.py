@@ -29,7 +29,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
-from place_datasets import Shot, load_sequence, write_dataset  # noqa: E402
+from place_datasets import Shot, load_sequence, require_libraries, write_dataset  # noqa: E402
 from run import processor  # noqa: E402
 
 EVERY = {"third": 3, "fifth": 5, "eighth": 8}
@@ -101,6 +101,7 @@ def main():
     parser.add_argument("--cache", type=Path, default=ROOT / ".cache/hard_cuts")
     parser.add_argument("--out", type=Path, default=ROOT / "out/hard_cuts")
     arguments = parser.parse_args()
+    require_libraries("hard_cuts.py")
     data = Path(os.environ.get("DEEPUAV_SHARED", ROOT / "../shared")) / "data"
     names = [Path(model).stem for model in arguments.models]
     results = {"machine": processor(), "command": " ".join(sys.argv), "runs": []}

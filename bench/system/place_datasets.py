@@ -8,13 +8,24 @@ import shutil
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from PIL import Image, ImageDraw
+try:
+    import numpy as np
+    from PIL import Image, ImageDraw
+except ModuleNotFoundError as error:  # --help needs neither
+    MISSING = error.name
+else:
+    MISSING = None
 
 JPEG_QUALITY = 95
 BLUR_STEPS = 16
 SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
 FLIGHT_CAMERAS = {"radial-tangential": "radial_tangential", "equidistant": "equidistant"}
+
+
+def require_libraries(script):
+    """Ends the script where what makes images is not installed."""
+    if MISSING:
+        raise SystemExit(f"{script}: no module {MISSING}: expected NumPy and Pillow, as in .venv after scripts/test.sh")
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
-from place_datasets import SEQUENCES, Camera, Shot, load_sequence, show_same_place, write_dataset  # noqa: E402
+from place_datasets import (SEQUENCES, Camera, Shot, load_sequence, require_libraries, show_same_place,  # noqa: E402
+                            write_dataset)
 from run import processor  # noqa: E402
 
 REPEATED = ("as_is", "restart")  # run twice threaded and once sequentially
@@ -258,6 +259,7 @@ def main():
     parser.add_argument("--cache", type=Path, default=ROOT / ".cache/places")
     parser.add_argument("--out", type=Path, default=ROOT / "out/places")
     arguments = parser.parse_args()
+    require_libraries("places.py")
     data = Path(os.environ.get("DEEPUAV_SHARED", ROOT / "../shared")) / "data"
     present = [name for name in SEQUENCES if (data / name).is_dir()]
 

@@ -112,6 +112,16 @@ TEST(TimeOffset, SearchesAroundTheOffsetGiven) {
   EXPECT_NEAR(SearchTimeOffset(Receiver(0, 4), Delayed(Camera(0), -10.2), options), 10.2, 2e-4);
 }
 
+TEST(TimeOffset, IsFoundInARangeThatIsMuchLongerThanTheFlight) {
+  for (const double range_s : {200.0, 1e6, 1e9}) {
+    EXPECT_NEAR(SearchTimeOffset(Receiver(0, 4), Camera(0), Searching(range_s)), 0, 2e-4);
+    EXPECT_NEAR(SearchTimeOffset(Receiver(0, 4), Delayed(Camera(0), -3.2), Searching(range_s)), 3.2,
+                2e-4);
+  }
+  const Trajectory old = Delayed(Camera(0), -1.5e6);
+  EXPECT_NEAR(SearchTimeOffset(Receiver(0, 4), old, Searching(1e7)), 1.5e6, 2e-4);
+}
+
 TEST(TimeOffset, BeyondTheRangeIsAnError) {
   EXPECT_THAT([] { SearchTimeOffset(Receiver(0, 5), Delayed(Camera(0), -3), Searching(1)); },
               Throws<Error>(Property(&Error::what, HasSubstr("end of the range"))));

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/base/sha256.h"
 #include "deepuav/inference/session.h"
 
@@ -16,6 +17,7 @@ namespace {
 std::filesystem::path WeightsOf(std::filesystem::path xml) { return xml.replace_extension(".bin"); }
 
 void CheckIsFile(const std::filesystem::path& file) {
+  RefuseNamedPipe(file);
   std::error_code status;
   if (!std::filesystem::is_regular_file(file, status)) {
     throw Error("{}: no such file: expected a network (.onnx, or OpenVINO's .xml and .bin)",

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/inference/session.h"
 #include "deepuav/io/files/text_file.h"
 #include "deepuav/io/files/yaml_map.h"
@@ -161,6 +162,7 @@ const ShippedModel* ModelRegistry::FindFile(const fs::path& file) const {
 CheckedModel ModelRegistry::Check(const fs::path& file) const {
   const ShippedModel* shipped = FindFile(file);
   std::error_code unknown;
+  RefuseNamedPipe(file);
   if (!fs::is_regular_file(file, unknown)) {
     if (shipped) {
       throw Error("{}: no such file: expected the shipped model {} with the SHA-256 {}",

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/base/sha256.h"
 #include "deepuav/place/vocabulary.h"
 
@@ -125,6 +126,7 @@ Vocabulary Vocabulary::FromBytes(std::string_view bytes, const std::string& name
 }
 
 Vocabulary Vocabulary::Load(const std::filesystem::path& file) {
+  RefuseNamedPipe(file);
   std::error_code error;
   const uint64_t size = std::filesystem::file_size(file, error);
   if (error) throw Error("{}: cannot be read: {}", file.string(), error.message());

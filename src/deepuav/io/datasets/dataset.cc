@@ -1,12 +1,11 @@
 #include "deepuav/io/datasets/dataset.h"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/io/datasets/folder_contents.h"
 #include "deepuav/io/datasets/image_file_dataset.h"
 #include "deepuav/io/datasets/layout_readers.h"
 
@@ -15,21 +14,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool IsVideoFileName(const fs::path& file) {
-  static const std::array<std::string, 9> kEndings = {".mp4", ".mov", ".m4v",  ".avi", ".mkv",
-                                                      ".mpg", ".ts",  ".webm", ".mpeg"};
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
-}
-
 bool HoldsPhotographs(const fs::path& folder) {
   if (!fs::is_directory(folder)) return false;
   const fs::recursive_directory_iterator entries(folder,
                                                  fs::directory_options::skip_permission_denied);
   return std::any_of(begin(entries), end(entries),
                      [](const auto& entry) { return IsImageFileName(entry.path()); });
+}
+
+/// A heap of datasets would be taken for one of photographs.
+void RefuseSeveralDatasets(const fs::path& path) {
+  const std::vector<std::string> sequences = SequencesBelow(path);
+  if (sequences.empty()) return;
+  throw Error("{}: holds datasets in sub-folders: expected one of them ({})", path.string(),
+              SomeOf(sequences));
+}
+
+[[noreturn]] void ThrowUnknownLayout(const fs::path& path) {
+  if (fs::is_empty(path)) throw Error("{}: the folder is empty: expected a dataset", path.string());
+  if (const std::string images = ForeignImagesBelow(path); !images.empty()) {
+    throw Error(
+        "{}: holds images of formats that cannot be read, {}: expected them converted to JPEG",
+        path.string(), images);
+  }
+  if (const std::vector<std::string> videos = VideosIn(path); !videos.empty()) {
+    throw Error("{}: is a folder of videos: expected one of them ({})", path.string(),
+                SomeOf(videos));
+  }
+  throw Error(
+      "{}: no known layout: expected EuRoC (mav0/), TUM (rgb.txt), KITTI (image_0/, times.txt, "
+      "calib.txt), or "
+      "photographs (jpg, png, tif, webp, bmp; here or in sub-folders)",
+      path.string());
 }
 
 enum class Layout { kEuroc, kTum, kKitti, kPhotographs };
@@ -46,13 +62,9 @@ FoundLayout FindLayout(const fs::path& path) {
   if (fs::is_directory(path / "image_0")) return {Layout::kKitti, path};
   // Beside its folder images/ a survey often has others, of masks or of what was made of it.
   if (HoldsPhotographs(path / "images")) return {Layout::kPhotographs, path / "images"};
+  RefuseSeveralDatasets(path);
   if (HoldsPhotographs(path)) return {Layout::kPhotographs, path};
-  if (fs::is_empty(path)) throw Error("{}: the folder is empty: expected a dataset", path.string());
-  throw Error(
-      "{}: no known layout: expected EuRoC (mav0/), TUM (rgb.txt), KITTI (image_0/, times.txt, "
-      "calib.txt), or "
-      "photographs (jpg, png, tif, webp, bmp; here or in sub-folders)",
-      path.string());
+  ThrowUnknownLayout(path);
 }
 
 std::unique_ptr<Dataset> OpenFolder(const fs::path& path, const DatasetOptions& options) {

@@ -50,7 +50,7 @@ class Dataset {
   virtual int damaged() const { return 0; }
   /// The same as Load in colour (blue, green, red), reduced to `size`, which is no larger than the
   /// stored camera's. Of a JPEG that breaks off without the rows that are lost.
-  virtual cv::Mat3b LoadColor(int frame, const cv::Size& size) = 0;
+  virtual cv::Mat3b LoadColour(int frame, const cv::Size& size) = 0;
   /// body_from_cam where the dataset gives one (EuRoC's T_BS).
   virtual std::optional<SE3> BodyFromCam() const { return std::nullopt; }
   /// Reads what its other sensors measured. Throws Error naming file and field.

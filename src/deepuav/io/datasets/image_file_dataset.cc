@@ -52,9 +52,9 @@ class ImageFileDataset : public Dataset {
     CheckStoredSize(frame);
     return LoadReducedGrey(file, size);
   }
-  cv::Mat3b LoadColor(int frame, const cv::Size& size) override {
+  cv::Mat3b LoadColour(int frame, const cv::Size& size) override {
     CheckStoredSize(frame);
-    return LoadReducedColor(At(frame).file, size);
+    return LoadReducedColour(At(frame).file, size);
   }
   std::optional<SE3> BodyFromCam() const override { return sequence_.body_from_cam; }
   SensorStreams ReadSensors() const override {

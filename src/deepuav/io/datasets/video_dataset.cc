@@ -89,7 +89,7 @@ class VideoDataset : public Dataset {
   }
   GreyImage Load(int frame) override;
   int damaged() const override { return static_cast<int>(damaged_.size()); }
-  cv::Mat3b LoadColor(int frame, const cv::Size& size) override;
+  cv::Mat3b LoadColour(int frame, const cv::Size& size) override;
   SensorStreams ReadSensors() const override { return ReadSensorsBesideVideo(file_); }
   CalibrationSource Calibration() const override { return source_; }
 
@@ -190,10 +190,10 @@ void VideoDataset::TellDamage(int frame) {
   damaged_.insert(frame);
 }
 
-cv::Mat3b VideoDataset::LoadColor(int frame, const cv::Size& size) {
-  cv::Mat color = Decode(frame).clone();  // Its rows had room between them.
-  if (color.size() != size) cv::resize(color, color, size, 0, 0, cv::INTER_AREA);
-  return color;
+cv::Mat3b VideoDataset::LoadColour(int frame, const cv::Size& size) {
+  cv::Mat colour = Decode(frame).clone();  // Its rows had room between them.
+  if (colour.size() != size) cv::resize(colour, colour, size, 0, 0, cv::INTER_AREA);
+  return colour;
 }
 
 GreyImage VideoDataset::Load(int frame) {

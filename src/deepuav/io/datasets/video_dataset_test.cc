@@ -172,9 +172,9 @@ TEST_F(VideoDatasetTest, EveryColumnIsOfTheFrame) {
     cv::minMaxLoc(image, &least, &most);
     EXPECT_NEAR(least, 20 * i, 4) << i;
     EXPECT_NEAR(most, 20 * i, 4) << i;
-    const cv::Mat3b color = dataset->LoadColor(i, cv::Size(kWidth, kHeight));
-    EXPECT_TRUE(color.isContinuous());
-    EXPECT_NEAR(cv::mean(color.col(kWidth - 1))[1], 20 * i, 4) << i;
+    const cv::Mat3b colour = dataset->LoadColour(i, cv::Size(kWidth, kHeight));
+    EXPECT_TRUE(colour.isContinuous());
+    EXPECT_NEAR(cv::mean(colour.col(kWidth - 1))[1], 20 * i, 4) << i;
   }
 }
 

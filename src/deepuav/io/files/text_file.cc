@@ -85,6 +85,10 @@ std::optional<int64_t> ParseScaled(std::string_view text, int shift) {
   return decimal->negative ? -magnitude : magnitude;
 }
 
+const char* PointHint(std::string_view text) {
+  return HasDecimalComma(text) ? " with a decimal point, not a comma" : "";
+}
+
 }  // namespace
 
 std::string ReadHead(const std::filesystem::path& file, size_t max_bytes) {
@@ -172,10 +176,20 @@ bool IsNumber(std::string_view text, double* number) {
   return status == std::errc() && stop == end && std::isfinite(*number);
 }
 
+bool HasDecimalComma(std::string_view text) {
+  std::string with_point(text);
+  const size_t comma = with_point.find(',');
+  if (comma == std::string::npos || comma + 1 == with_point.size()) return false;
+  with_point[comma] = '.';
+  double number = 0;
+  return IsNumber(with_point, &number);
+}
+
 double ParseFinite(std::string_view text, const std::string& where, std::string_view field) {
   double number = 0;
   if (!IsNumber(text, &number)) {
-    throw Error("{}: {} is {}: expected a finite number", where, field, Quoted(text));
+    throw Error("{}: {} is {}: expected a finite number{}", where, field, Quoted(text),
+                PointHint(text));
   }
   return number;
 }
@@ -183,8 +197,8 @@ double ParseFinite(std::string_view text, const std::string& where, std::string_
 Timestamp ParseSeconds(std::string_view text, const std::string& where) {
   const std::optional<int64_t> nanoseconds = ParseScaled(text, 9);
   if (!nanoseconds) {
-    throw Error("{}: time is {}: expected decimal seconds of at most 9223372036", where,
-                Quoted(text));
+    throw Error("{}: time is {}: expected decimal seconds of at most 9223372036{}", where,
+                Quoted(text), PointHint(text));
   }
   return {*nanoseconds};
 }

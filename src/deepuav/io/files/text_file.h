@@ -56,6 +56,9 @@ void SplitAtCommas(std::string_view text, std::vector<std::string_view>* fields)
 /// Whether `text` as a whole is a finite decimal number, then in `number`.
 bool IsNumber(std::string_view text, double* number);
 
+/// Whether `text` is a number that is written with a decimal comma.
+bool HasDecimalComma(std::string_view text);
+
 /// A finite number. Throws Error: "where: field is 'text': expected a finite number".
 double ParseFinite(std::string_view text, const std::string& where, std::string_view field);
 

@@ -5,11 +5,11 @@
 #include <initializer_list>
 
 #include "deepuav/base/error.h"
+#include "deepuav/io/geodata/column_unit.h"
 
 namespace deepuav {
 namespace {
 
-constexpr size_t kMostHeadLines = 10;
 constexpr double kFoot_m = 0.3048;
 constexpr ColumnUnit<double> kMetres[] = {{"m", 1},
                                           {"meter", 1},
@@ -24,6 +24,10 @@ constexpr ColumnUnit<double> kMetres[] = {{"m", 1},
                                           {"mm", 0.001},
                                           {"yd", 3 * kFoot_m},
                                           {"yard", 3 * kFoot_m}};
+constexpr char kLengths[] = "m, km, cm, mm, ft or yd";
+constexpr ColumnUnit<double> kDegrees[] = {{"deg", 1},      {"degree", 1},  {"\xC2\xB0", 1},
+                                           {"\xC2\xBA", 1}, {"decimal", 1}, {"dd", 1},
+                                           {"dec", 1}};
 
 bool ContainsAny(const std::string& name, std::initializer_list<const char*> parts) {
   return std::any_of(parts.begin(), parts.end(),
@@ -82,65 +86,15 @@ bool IsGiven(const TableRow& fields, std::optional<size_t> column) {
   return column && *column < fields.size() && !IsAbsent(fields[*column]);
 }
 
+template <size_t kCount>
+void CheckUnit(const std::string& name, const ColumnUnit<double> (&units)[kCount],
+               const char* expected, std::string* fault) {
+  const auto unknown = UnknownUnitOf(name, units);
+  if (!unknown || !fault->empty()) return;
+  *fault = fmt::format("column {} is in {}: expected {}", Quoted(name), Quoted(*unknown), expected);
+}
+
 }  // namespace
-
-void SplitRow(std::string_view line, TableRow* fields) {
-  constexpr std::string_view kSeparators = ";,\t";
-  const auto* const found = std::ranges::find_if(
-      kSeparators, [&](char separator) { return line.find(separator) != std::string_view::npos; });
-  const char separator = found == kSeparators.end() ? ',' : *found;
-  fields->clear();
-  while (true) {
-    const size_t end = std::min(line.find(separator), line.size());
-    std::string_view field = line.substr(0, end);
-    const size_t first = std::min(field.find_first_not_of(" \t\""), field.size());
-    field.remove_prefix(first);
-    fields->push_back(field.substr(0, field.find_last_not_of(" \t\"") + 1));
-    if (end == line.size()) return;
-    line.remove_prefix(end + 1);
-  }
-}
-
-void CheckFieldCount(const TableRow& fields, size_t needed, const char* names,
-                     const std::string& where) {
-  if (fields.size() >= needed) return;
-  throw Error("{}: {} fields: expected at least {} ({})", where, fields.size(), needed, names);
-}
-
-std::vector<HeadLine> FirstLines(const std::filesystem::path& file) {
-  constexpr size_t kHeadBytes = 8192;
-  constexpr std::string_view kBlank = " \t\r\xEF\xBB\xBF";
-  const std::string head = ReadHead(file, kHeadBytes);
-  std::string_view rest = head;
-  std::vector<HeadLine> lines;
-  while (!rest.empty() && lines.size() < kMostHeadLines) {
-    const size_t end = std::min(rest.find('\n'), rest.size());
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-    const bool is_comment = line.starts_with('#');
-    if (is_comment) line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
-    line = line.substr(0, line.find_last_not_of(kBlank) + 1);
-    if (!line.empty()) lines.push_back({std::string(line), is_comment});
-  }
-  return lines;
-}
-
-size_t FirstRow(const TextFile& text, const HeadLine& head) {
-  if (head.is_comment) return 0;
-  const size_t among = std::min(text.lines().size(), kMostHeadLines);
-  for (size_t i = 0; i < among; ++i) {
-    if (text.lines()[i].text == head.text) return i + 1;
-  }
-  return 0;
-}
-
-std::string LowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return lower;
-}
 
 FixColumns FixColumns::ByPlace(size_t count) {
   constexpr size_t kLatitude = 1, kLongitude = 2, kAltitude = 3;
@@ -155,18 +109,27 @@ bool FixColumns::Take(const std::string& name, size_t column) {
   if (IsAngle(name)) return false;
   if (const std::vector<size_t> axes = AxesOfSigma(name); !axes.empty()) {
     for (const size_t axis : axes) sigma[axis] = column;
-    sigma_unit_m = UnitOf(name, kMetres).value_or(1);
+    for (const size_t axis : axes) sigma_unit_m[axis] = UnitOf(name, kMetres).value_or(1);
   } else if (!latitude && StartsWithAny(name, {"lat", "y/lat"})) {
     latitude = column;
+    CheckUnit(name, kDegrees, "degrees", &unit_fault);
   } else if (!longitude && StartsWithAny(name, {"lon", "lng", "x/lon"})) {
     longitude = column;
+    CheckUnit(name, kDegrees, "degrees", &unit_fault);
   } else if (!altitude && IsAltitude(name)) {
     altitude = column;
     altitude_unit_m = UnitOf(name, kMetres).value_or(1);
+    CheckUnit(name, kMetres, kLengths, &unit_fault);
   } else {
     return false;
   }
   return true;
+}
+
+void FixColumns::CheckHead(std::string_view line, const std::string& file) const {
+  TableRow names;
+  ReadRow(line, &names, file);
+  if (!unit_fault.empty()) throw Error("{}: {}", file, unit_fault);
 }
 
 std::optional<GnssFix> ParseFix(const TableRow& fields, const FixColumns& columns,
@@ -183,7 +146,7 @@ std::optional<GnssFix> ParseFix(const TableRow& fields, const FixColumns& column
   for (size_t axis = 0; axis < columns.sigma.size(); ++axis) {
     if (!IsGiven(fields, columns.sigma[axis])) continue;
     fix.sigma_m[static_cast<Eigen::Index>(axis)] =
-        columns.sigma_unit_m *
+        columns.sigma_unit_m[axis] *
         std::max(0.0, ParseFinite(fields[*columns.sigma[axis]], where, "standard deviation"));
   }
   return fix;

@@ -54,9 +54,12 @@ std::optional<Columns> ColumnsOfHead(std::string_view line, std::string_view row
 }
 
 bool IsRow(const TableRow& fields) {
-  double number = 0;
+  const auto is_number = [](std::string_view field) {
+    double number = 0;
+    return IsNumber(field, &number) || HasDecimalComma(field);
+  };
   return fields.size() >= kFewestFields && IsImageFileName(fs::path(fields[0])) &&
-         IsNumber(fields[1], &number) && IsNumber(fields[2], &number);
+         is_number(fields[1]) && is_number(fields[2]);
 }
 
 std::optional<HeadLine> TableHead(const std::vector<HeadLine>& lines) {
@@ -109,17 +112,20 @@ class Tags {
   std::vector<Geotag> tags_;
 };
 
-std::vector<Geotag> ReadTable(const TextFile& text, const std::optional<HeadLine>& head) {
+std::vector<Geotag> ReadTable(const fs::path& file, const std::optional<HeadLine>& head) {
+  const TextFile text(file);
   std::optional<Columns> columns;
   Tags tags;
   TableRow fields;
   for (size_t i = head ? FirstRow(text, *head) : 0; i < text.lines().size(); ++i) {
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
-    SplitRow(line.text, &fields);
-    if (!columns)
+    ReadRow(line.text, &fields, where);
+    if (!columns) {
       columns = head ? ColumnsOfHead(head->text, line.text)
                      : Columns{0, FixColumns::ByPlace(fields.size())};
+      if (head) columns->fix.CheckHead(head->text, file.string());
+    }
     CheckFieldCount(fields, 1 + std::max(columns->image, columns->fix.last_needed()),
                     "image and its position", where);
     tags.Add(fields[columns->image], ParseFix(fields, columns->fix, where), where);
@@ -173,11 +179,10 @@ bool IsGeotagFile(const fs::path& file) { return LayoutOf(FirstLines(file)) != L
 std::vector<Geotag> ReadGeotagFile(const fs::path& file) {
   const std::vector<HeadLine> head = FirstLines(file);
   const Layout layout = LayoutOf(head);
-  const TextFile text(file);
   std::vector<Geotag> tags;
   if (layout != Layout::kNone)
-    tags =
-        layout == Layout::kReferenceSystem ? ReadGridList(text) : ReadTable(text, TableHead(head));
+    tags = layout == Layout::kReferenceSystem ? ReadGridList(TextFile(file))
+                                              : ReadTable(file, TableHead(head));
   if (tags.empty()) throw Error("{}: lists no position of an image", file.string());
   return tags;
 }

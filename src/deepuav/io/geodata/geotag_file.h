@@ -36,6 +36,7 @@ std::vector<Geotag> ReadGeotagFile(const std::filesystem::path& file);
 
 /// The tables of positions among the .csv and .txt files of the folders, each folder's by name. One
 /// that cannot be read is logged and passed over.
-std::vector<std::filesystem::path> FindGeotagsBeside(const std::vector<std::filesystem::path>& folders);
+std::vector<std::filesystem::path> FindGeotagsBeside(
+    const std::vector<std::filesystem::path>& folders);
 
 }  // namespace deepuav

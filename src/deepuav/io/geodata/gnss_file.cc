@@ -7,6 +7,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/io/files/text_file.h"
+#include "deepuav/io/geodata/column_unit.h"
 #include "deepuav/io/geodata/fix_table.h"
 #include "deepuav/io/geodata/gpx_file.h"
 #include "deepuav/io/geodata/iso_time.h"
@@ -69,12 +70,13 @@ Timestamp ParseTime(std::string_view text, std::optional<int> places, const std:
 template <typename Take>
 void VisitCsv(const std::filesystem::path& file, const HeadLine& first_line, Take&& take) {
   std::optional<Columns> columns = ColumnsOfHead(first_line.text);
+  if (columns) columns->fix.CheckHead(first_line.text, file.string());
   const TextFile text(file);
   TableRow fields;
   for (size_t i = columns ? FirstRow(text, first_line) : 0; i < text.lines().size(); ++i) {
     const TextLine& line = text.lines()[i];
     const std::string where = text.Where(line);
-    SplitRow(line.text, &fields);
+    ReadRow(line.text, &fields, where);
     if (!columns) columns = Columns{0, FixColumns::ByPlace(fields.size()), {}};
     CheckFieldCount(fields, 1 + std::max(columns->time, columns->fix.last_needed()),
                     "time, latitude, longitude", where);
@@ -113,7 +115,8 @@ bool IsGnssFile(const std::filesystem::path& file) {
   SplitRow(first_line, &fields);
   double number = 0;
   return fields.size() >= kFewestColumns && fields.size() < kFewestPoseColumns &&
-         (IsNumber(fields[0], &number) || LooksLikeIsoTime(fields[0]));
+         (IsNumber(fields[0], &number) || HasDecimalComma(fields[0]) ||
+          LooksLikeIsoTime(fields[0]));
 }
 
 std::vector<GnssFix> ReadGnssFile(const std::filesystem::path& file) {

@@ -1,5 +1,6 @@
 #include "deepuav/io/geodata/trajectory.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -24,9 +25,10 @@ constexpr double kUnitTolerance = 0.01;
 using Fields = std::vector<std::string_view>;
 
 Format FormatOf(const TextLine& line, const std::string& where) {
-  if (line.text.find(',') != std::string_view::npos) return Format::kEuroc;
   Fields fields;
   SplitAtBlanks(line.text, &fields);
+  const bool has_decimal_commas = std::ranges::any_of(fields, HasDecimalComma);
+  if (line.text.find(',') != std::string_view::npos && !has_decimal_commas) return Format::kEuroc;
   if (fields.size() == kTumFields) return Format::kTum;
   if (fields.size() == kKittiFields) return Format::kKitti;
   throw Error(

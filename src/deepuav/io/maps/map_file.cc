@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/input_file.h"
 #include "deepuav/io/files/section_file.h"
 #include "deepuav/io/maps/map_sections.h"
 #include "deepuav/io/maps/trailing_sections.h"
@@ -245,6 +246,7 @@ void WriteMapFile(const std::filesystem::path& file, const Atlas& atlas, const C
 }
 
 LoadedAtlas ReadMapFile(const std::filesystem::path& file, MapFileFacts* facts) {
+  RefuseNamedPipe(file);
   try {
     AtlasReader reader(file);
     LoadedAtlas loaded = reader.Read();
