@@ -96,10 +96,10 @@ class ViewPageTest(unittest.TestCase):
         if SCREENSHOTS:
             self.browser.save_screenshot(f"{SCREENSHOTS}/{name}.png")
 
-    def look(self, colors, size):
+    def look(self, colours, size):
         self.browser.set_window_size(*size)
         self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
-            "features": [{"name": "prefers-color-scheme", "value": colors}]})
+            "features": [{"name": "prefers-color-scheme", "value": colours}]})
 
     def check_clean(self, url):
         console = [entry for entry in self.browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")
@@ -119,14 +119,14 @@ class ViewPageTest(unittest.TestCase):
         self.wait(lambda: self.tile("Frame") != frame and self.counts()["status"] > updates + 20)
         self.wait(lambda: int(self.tile("Keyframes")) > 2 and int(self.tile("Points")) > 50)
         self.wait(lambda: self.script("return document.getElementById('state').textContent") == "tracked")
-        for colors, size in (("dark", DESK), ("light", DESK), ("light", PHONE), ("dark", PHONE)):
-            self.look(colors, size)
+        for colours, size in (("dark", DESK), ("light", DESK), ("light", PHONE), ("dark", PHONE)):
+            self.look(colours, size)
             time.sleep(0.8)
             page = self.script("return getComputedStyle(document.body).backgroundColor")
-            self.assertEqual(sum(map(int, re.findall(r"\d+", page))) > 384, colors == "light")
+            self.assertEqual(sum(map(int, re.findall(r"\d+", page))) > 384, colours == "light")
             # A busy machine lays the page out later.
             self.wait(lambda: self.script("return document.documentElement.scrollWidth <= window.innerWidth"))
-            self.shoot(f"{name}-{colors}-{size[0]}")
+            self.shoot(f"{name}-{colours}-{size[0]}")
 
     def test_live(self):
         out = self.scratch / "live"

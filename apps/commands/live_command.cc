@@ -9,7 +9,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/folder_lock.h"
-#include "deepuav/system/observer_list.h"
+#include "deepuav/system/watching/observer_list.h"
 #include "work/interruption.h"
 #if DEEPUAV_WITH_MAVLINK
 #include "arguments/autopilot_arguments.h"

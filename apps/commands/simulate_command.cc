@@ -6,6 +6,7 @@
 
 #include "arguments/argument_checks.h"
 #include "arguments/option_arguments.h"
+#include "arguments/option_bounds_check.h"
 #include "commands/commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -92,6 +93,7 @@ void Simulate(const SimulateArguments& arguments) {
 }
 
 void AddArguments(CLI::App& command, SimulateArguments& arguments) {
+  constexpr double kLargestCell_m = 1000;
   command.add_option("--flight", arguments.choice.flight, "Name of a flight, or its YAML file");
   command.add_option("--scene", arguments.choice.scene,
                      "Name of a scene, or its YAML file; default: the flight's");
@@ -112,7 +114,7 @@ void AddArguments(CLI::App& command, SimulateArguments& arguments) {
   command
       .add_option("--orthophoto", arguments.orthophoto_cell_m,
                   "Write the true orthophoto and DSM below the flight, in cells of so many metres")
-      ->check(NumberThat([](double value) { return value > 0; }, "a positive number"));
+      ->check(WithinBounds(Above(0, kLargestCell_m)));
   command.add_flag("--moving-mask", arguments.moving_mask,
                    "Write which pixels show moving things, also beside frames that are there");
   command.add_flag("--list", arguments.list, "List the flights and scenes, and do nothing else");

@@ -85,9 +85,9 @@ cv::Mat4b Developed(const cv::Mat1f& radiance, const SensorOptions& sensor) {
   cv::pow(cv::min(scale * radiance, 1.0), 1 / sensor.gamma, level);
   cv::Mat1b grey;
   level.convertTo(grey, CV_8U, 255);
-  cv::Mat4b colors;
-  cv::cvtColor(grey, colors, cv::COLOR_GRAY2BGRA);
-  return colors;
+  cv::Mat4b colours;
+  cv::cvtColor(grey, colours, cv::COLOR_GRAY2BGRA);
+  return colours;
 }
 
 void Write(const std::filesystem::path& file, const GeoRaster& raster, GeoTiffPixels pixels,
@@ -115,7 +115,7 @@ void WriteTrueOrthophoto(const std::filesystem::path& folder, const World& world
     return below.At(column, row).head<2>();
   };
   ViewFromAbove view = LookDown(world, render, {raster.columns, raster.rows}, cell_m, place_of);
-  Write(folder / "orthophoto.tif", raster, GeoTiffPixels::kColor,
+  Write(folder / "orthophoto.tif", raster, GeoTiffPixels::kColour,
         Developed(view.radiance, options.sensor));
   for (int row = 0; row < raster.rows; ++row) {
     for (int column = 0; column < raster.columns; ++column)

@@ -4,9 +4,9 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "deepuav/estimation/absolute_pose.h"
-#include "deepuav/estimation/p3p.h"
-#include "deepuav/estimation/usac.h"
+#include "deepuav/estimation/poses/absolute_pose.h"
+#include "deepuav/estimation/poses/p3p.h"
+#include "deepuav/estimation/two_views/usac.h"
 #include "support/estimation_problems.h"
 
 namespace deepuav {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "bundle_ceres.h"
-#include "deepuav/estimation/bundle_linearization.h"
-#include "deepuav/estimation/reduced_camera_system.h"
+#include "deepuav/estimation/bundle/bundle_linearisation.h"
+#include "deepuav/estimation/bundle/reduced_camera_system.h"
 #include "support/estimation_problems.h"
 
 namespace deepuav {
@@ -109,13 +109,13 @@ void ReducedSystem(benchmark::State& state) {
   const BundleProblem problem =
       SurveyProblem(1, cameras, 1, static_cast<double>(state.range(2)) + 0.5, 30 * cameras);
   const BundleStructure structure(problem);
-  BundleLinearization linearization;
-  linearization.Compute(structure,
+  BundleLinearisation linearisation;
+  linearisation.Compute(structure,
                         {{problem.pinhole, 0, 0}, problem.cam_from_world, problem.landmarks_world},
                         HuberLoss{BundleOptions().chi_square}, {false, false});
   ReducedCameraSystem system(structure, state.range(1) ? 1 : cameras + 1);
   BundleStep step;
-  for (auto _ : state) system.Solve(linearization, 1e-4, &step);
+  for (auto _ : state) system.Solve(linearisation, 1e-4, &step);
 }
 BENCHMARK(ReducedSystem)
     ->ArgNames({"cameras", "sparse", "neighbours"})
@@ -131,7 +131,7 @@ void MotionOnly(benchmark::State& state) {
   observations.resize(300);
   const SE3 initial = Perturbed(SE3(), 0.05, 0.02, &random);
   for (auto _ : state)
-    benchmark::DoNotOptimize(OptimizePose(world.pinhole, observations, initial, {}));
+    benchmark::DoNotOptimize(OptimisePose(world.pinhole, observations, initial, {}));
 }
 BENCHMARK(MotionOnly)->Unit(benchmark::kMicrosecond);
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "deepuav/estimation/reprojection.h"
+#include "deepuav/estimation/poses/reprojection.h"
 
 namespace deepuav {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
 
 namespace deepuav {
 

@@ -2,9 +2,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "deepuav/estimation/block_cholesky.h"
-#include "deepuav/estimation/pose_graph.h"
-#include "deepuav/estimation/sim3_optimisation.h"
+#include "deepuav/estimation/poses/pose_graph.h"
+#include "deepuav/estimation/poses/sim3_optimisation.h"
+#include "deepuav/estimation/solvers/block_cholesky.h"
 #include "support/sim3_problems.h"
 
 namespace deepuav {
@@ -21,7 +21,7 @@ void Sim3Optimisation(benchmark::State& state) {
   const SyntheticSim3 problem = Problem(state);
   const Sim3 initial = Sim3::Exp(Vector7d::Constant(0.02)) * problem.a_from_b;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(OptimizeSim3(problem.pinhole, problem.correspondences, initial, {}));
+    benchmark::DoNotOptimize(OptimiseSim3(problem.pinhole, problem.correspondences, initial, {}));
   }
 }
 BENCHMARK(Sim3Optimisation)
@@ -49,7 +49,7 @@ void PoseGraphOptimisation(benchmark::State& state) {
   PoseGraphReport report;
   for (auto _ : state) {
     PoseGraph copy = graph;
-    report = OptimizePoseGraph(&copy, {});
+    report = OptimisePoseGraph(&copy, {});
   }
   state.counters["edges"] = static_cast<double>(graph.edges.size());
   state.counters["steps"] = report.iterations;

@@ -48,9 +48,9 @@ cv::Mat InCellsOf(const GeoRaster& raster, const GeoTiff& other, int interpolati
   return moved;
 }
 
-cv::Mat1b Channel(const cv::Mat& colors, int channel) {
+cv::Mat1b Channel(const cv::Mat& colours, int channel) {
   cv::Mat1b one;
-  cv::extractChannel(colors, one, channel);
+  cv::extractChannel(colours, one, channel);
   return one;
 }
 

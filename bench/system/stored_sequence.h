@@ -6,7 +6,7 @@
 
 #include "deepuav/features/superpoint.h"
 #include "deepuav/io/datasets/dataset.h"
-#include "deepuav/system/image_source.h"
+#include "deepuav/system/frames/image_source.h"
 
 namespace deepuav {
 

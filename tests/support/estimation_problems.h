@@ -3,9 +3,9 @@
 #include <map>
 #include <vector>
 
-#include "deepuav/estimation/bundle_adjustment.h"
-#include "deepuav/estimation/motion_only.h"
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
+#include "deepuav/estimation/poses/motion_only.h"
+#include "deepuav/estimation/two_views/two_view.h"
 #include "support/synthetic_world.h"
 
 namespace deepuav {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "deepuav/estimation/pose_graph.h"
-#include "deepuav/estimation/sim3_optimisation.h"
+#include "deepuav/estimation/poses/pose_graph.h"
+#include "deepuav/estimation/poses/sim3_optimisation.h"
 #include "support/synthetic_world.h"
 
 namespace deepuav {
@@ -107,8 +107,8 @@ inline SyntheticLoop MakeDriftingLoop(int count, int laps, int neighbours, doubl
 inline double LoopError(const SyntheticLoop& loop) {
   double sum = 0;
   for (size_t i = 0; i < loop.truth.size(); ++i) {
-    const Eigen::Vector3d center = loop.graph.node_from_world[i].Inverse().translation();
-    sum += (center - loop.truth[i].InverseTranslation()).squaredNorm();
+    const Eigen::Vector3d centre = loop.graph.node_from_world[i].Inverse().translation();
+    sum += (centre - loop.truth[i].InverseTranslation()).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(loop.truth.size()));
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "deepuav/features/extractor.h"
-#include "deepuav/system/image_source.h"
+#include "deepuav/system/frames/image_source.h"
 #include "support/synthetic_features.h"
 
 namespace deepuav {

@@ -51,38 +51,38 @@ std::vector<Eigen::Vector3d> LandmarksOnGround(int count, const Eigen::Vector2d&
   return landmarks;
 }
 
-SE3 LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target,
+SE3 LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target,
            const Eigen::Vector3d& up) {
   Eigen::Matrix3d world_from_cam;
-  world_from_cam.col(2) = (target - center).normalized();
+  world_from_cam.col(2) = (target - centre).normalized();
   world_from_cam.col(0) = world_from_cam.col(2).cross(up).normalized();
   world_from_cam.col(1) = world_from_cam.col(2).cross(world_from_cam.col(0));
-  return SE3(world_from_cam, center).Inverse();
+  return SE3(world_from_cam, centre).Inverse();
 }
 
-SE3 LookDown(const Eigen::Vector3d& center, double heading_rad) {
+SE3 LookDown(const Eigen::Vector3d& centre, double heading_rad) {
   const Eigen::Vector3d heading(std::cos(heading_rad), std::sin(heading_rad), 0);
-  return LookAt(center, center - Eigen::Vector3d::UnitZ(), heading);
+  return LookAt(centre, centre - Eigen::Vector3d::UnitZ(), heading);
 }
 
 std::vector<SE3> StraightPath(int count, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
                               const Eigen::Vector3d& direction) {
   std::vector<SE3> path;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d center =
+    const Eigen::Vector3d centre =
         start + (end - start) * (count > 1 ? double(i) / (count - 1) : 0);
-    path.push_back(LookAt(center, center + direction, Eigen::Vector3d::UnitZ()));
+    path.push_back(LookAt(centre, centre + direction, Eigen::Vector3d::UnitZ()));
   }
   return path;
 }
 
-std::vector<SE3> OrbitPath(int count, const Eigen::Vector3d& center, double radius, double height,
+std::vector<SE3> OrbitPath(int count, const Eigen::Vector3d& centre, double radius, double height,
                            double angle_rad) {
   std::vector<SE3> path;
   for (int i = 0; i < count; ++i) {
     const double angle = angle_rad * i / count;
     const Eigen::Vector3d offset(radius * std::cos(angle), radius * std::sin(angle), height);
-    path.push_back(LookAt(center + offset, center, Eigen::Vector3d::UnitZ()));
+    path.push_back(LookAt(centre + offset, centre, Eigen::Vector3d::UnitZ()));
   }
   return path;
 }

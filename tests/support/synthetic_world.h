@@ -42,17 +42,17 @@ std::vector<Eigen::Vector3d> LandmarksOnGround(int count, const Eigen::Vector2d&
                                                const Eigen::Vector2d& high, double relief_sigma,
                                                Random* random);
 
-/// A camera at `center` that looks at `target`; `up` points to the top of its image.
-SE3 LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target, const Eigen::Vector3d& up);
-/// A camera at `center` that looks straight down (world z up); the top of its image points to
+/// A camera at `centre` that looks at `target`; `up` points to the top of its image.
+SE3 LookAt(const Eigen::Vector3d& centre, const Eigen::Vector3d& target, const Eigen::Vector3d& up);
+/// A camera at `centre` that looks straight down (world z up); the top of its image points to
 /// `heading_rad` from x.
-SE3 LookDown(const Eigen::Vector3d& center, double heading_rad);
+SE3 LookDown(const Eigen::Vector3d& centre, double heading_rad);
 
 /// `count` cameras from `start` to `end`, all looking along `direction`, world z up.
 std::vector<SE3> StraightPath(int count, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
                               const Eigen::Vector3d& direction);
 /// `count` cameras on a horizontal circle, evenly spaced over `angle_rad`, looking at its centre.
-std::vector<SE3> OrbitPath(int count, const Eigen::Vector3d& center, double radius, double height,
+std::vector<SE3> OrbitPath(int count, const Eigen::Vector3d& centre, double radius, double height,
                            double angle_rad);
 /// `rows` x `columns` cameras looking down from `height`, rows flown to and fro, `spacing` apart;
 /// starts at the origin.

@@ -8,7 +8,7 @@
 #include "deepuav/io/geodata/map_origin.h"
 #include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/map/atlas.h"
-#include "deepuav/system/frame_record.h"
+#include "deepuav/system/frames/frame_record.h"
 
 namespace deepuav::api {
 

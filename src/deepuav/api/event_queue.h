@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "deepuav/api/observer.h"
-#include "deepuav/system/run_observer.h"
+#include "deepuav/system/watching/run_observer.h"
 
 namespace deepuav::api {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "deepuav/io/datasets/dataset.h"
-#include "deepuav/system/image_source.h"
+#include "deepuav/system/frames/image_source.h"
 
 namespace deepuav {
 

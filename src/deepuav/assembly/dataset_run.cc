@@ -10,7 +10,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/options_file.h"
 #include "deepuav/io/geodata/map_origin.h"
-#include "deepuav/system/photo_survey.h"
+#include "deepuav/system/photos/photo_survey.h"
 
 namespace deepuav {
 namespace {

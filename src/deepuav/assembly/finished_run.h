@@ -5,7 +5,7 @@
 #include <string>
 
 #include "deepuav/assembly/run_output.h"
-#include "deepuav/system/survey_telling.h"
+#include "deepuav/system/photos/survey_telling.h"
 
 namespace deepuav {
 

@@ -7,7 +7,7 @@
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/sensors/streams.h"
-#include "deepuav/system/image_source.h"
+#include "deepuav/system/frames/image_source.h"
 
 namespace deepuav {
 

@@ -116,7 +116,7 @@ void WriteRunOutput(const std::filesystem::path& folder, const Atlas& atlas, con
   // The large ones last: on a full disk the others are there.
   attempt([&] {
     WritePly(folder / "points.ply",
-             main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColoredPoint>{});
+             main.valid() ? LandmarkPoints(atlas.At(main)) : std::vector<ColouredPoint>{});
   });
   attempt([&] { WriteMapFile(folder / "map.deepuav", atlas, camera, facts.map_origin); });
   if (first_failure) std::rethrow_exception(first_failure);

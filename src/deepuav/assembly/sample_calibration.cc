@@ -5,7 +5,7 @@
 
 #include "deepuav/assembly/dataset_images.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/system/photo_survey.h"
+#include "deepuav/system/photos/photo_survey.h"
 
 namespace deepuav {
 namespace {

@@ -6,7 +6,7 @@
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/survey/survey_adjustment.h"
-#include "deepuav/system/image_source.h"
+#include "deepuav/system/frames/image_source.h"
 
 namespace deepuav {
 

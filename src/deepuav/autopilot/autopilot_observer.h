@@ -7,7 +7,7 @@
 #include "deepuav/autopilot/odometry_estimator.h"
 #include "deepuav/autopilot/steady_image_clock.h"
 #include "deepuav/sensors/samples.h"
-#include "deepuav/system/run_observer.h"
+#include "deepuav/system/watching/run_observer.h"
 
 namespace deepuav {
 

@@ -5,8 +5,8 @@
 #include "deepuav/autopilot/constant_velocity.h"
 #include "deepuav/autopilot/mount.h"
 #include "deepuav/matching/nearest_neighbour.h"
-#include "deepuav/system/observer_list.h"
 #include "deepuav/system/slam.h"
+#include "deepuav/system/watching/observer_list.h"
 #include "support/synthetic_court.h"
 
 namespace deepuav {

@@ -36,7 +36,7 @@ class FewImages : public Dataset {
     if (frame == 2) throw Error("2.png: is broken");
     return GreyImage(camera_.height, camera_.width, uint8_t{80});
   }
-  cv::Mat3b LoadColor(int /*frame*/, const cv::Size& size) override { return cv::Mat3b(size); }
+  cv::Mat3b LoadColour(int /*frame*/, const cv::Size& size) override { return cv::Mat3b(size); }
 
  private:
   const Camera camera_ = TestCamera();

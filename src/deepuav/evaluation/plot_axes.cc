@@ -13,7 +13,7 @@ constexpr double kTickLength = 4, kTickFont = 11, kLabelFont = 12;
 constexpr double kXTickLabelGap = 16, kXLabelGap = 34, kYTickLabelGap = 7, kYLabelGap = 50;
 constexpr double kBaselineShift = 4;
 constexpr double kLeastExtent = 1e-9;  ///< Of an axis, as a share of its largest value.
-constexpr const char *kGridColor = "#e4e4e4", *kFrameColor = "#444";
+constexpr const char *kGridColour = "#e4e4e4", *kFrameColour = "#444";
 
 int TickCount(double pixels, double pixels_per_tick) {
   return std::max(2, static_cast<int>(pixels / pixels_per_tick));
@@ -98,8 +98,8 @@ void PlotAxes::Draw(SvgWriter& svg, const std::string& x_label, const std::strin
   const std::vector<std::string> x_names = TickLabels(x_ticks);
   for (size_t i = 0; i < x_ticks.size(); ++i) {
     const double x = Pixel(x_ticks[i], y_.low).x();
-    svg.Line({x, top}, {x, bottom}, kGridColor, 1);
-    svg.Line({x, bottom}, {x, bottom + kTickLength}, kFrameColor, 1);
+    svg.Line({x, top}, {x, bottom}, kGridColour, 1);
+    svg.Line({x, bottom}, {x, bottom + kTickLength}, kFrameColour, 1);
     if (!x_label.empty()) {
       svg.Text({x, bottom + kXTickLabelGap}, x_names[i], TextAnchor::kMiddle, kTickFont);
     }
@@ -109,12 +109,12 @@ void PlotAxes::Draw(SvgWriter& svg, const std::string& x_label, const std::strin
   const std::vector<std::string> y_names = TickLabels(y_ticks);
   for (size_t i = 0; i < y_ticks.size(); ++i) {
     const double y = Pixel(x_.low, y_ticks[i]).y();
-    svg.Line({left, y}, {right, y}, kGridColor, 1);
-    svg.Line({left - kTickLength, y}, {left, y}, kFrameColor, 1);
+    svg.Line({left, y}, {right, y}, kGridColour, 1);
+    svg.Line({left - kTickLength, y}, {left, y}, kFrameColour, 1);
     svg.Text({left - kYTickLabelGap, y + kBaselineShift}, y_names[i], TextAnchor::kEnd, kTickFont);
   }
 
-  svg.Rectangle(box_.corner, box_.size, "none", kFrameColor);
+  svg.Rectangle(box_.corner, box_.size, "none", kFrameColour);
   if (!x_label.empty()) {
     svg.Text({0.5 * (left + right), bottom + kXLabelGap}, x_label, TextAnchor::kMiddle, kLabelFont);
   }
@@ -123,12 +123,12 @@ void PlotAxes::Draw(SvgWriter& svg, const std::string& x_label, const std::strin
 }
 
 void PlotAxes::Plot(SvgWriter& svg, const std::vector<Eigen::Vector2d>& points,
-                    const std::string& color, double width) const {
+                    const std::string& colour, double width) const {
   std::vector<Eigen::Vector2d> pixels;
   pixels.reserve(points.size());
   for (const Eigen::Vector2d& point : points) pixels.push_back(Pixel(point.x(), point.y()));
   svg.BeginClip(box_.corner, box_.size);
-  svg.Polyline(pixels, color, width);
+  svg.Polyline(pixels, colour, width);
   svg.EndClip();
 }
 

@@ -45,7 +45,7 @@ class PlotAxes {
   void Draw(SvgWriter& svg, const std::string& x_label, const std::string& y_label) const;
 
   /// A line through (x[i], y[i]), seen inside the box only.
-  void Plot(SvgWriter& svg, const std::vector<Eigen::Vector2d>& points, const std::string& color,
+  void Plot(SvgWriter& svg, const std::vector<Eigen::Vector2d>& points, const std::string& colour,
             double width) const;
 
   const PlotBox& box() const { return box_; }

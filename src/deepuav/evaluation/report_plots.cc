@@ -20,29 +20,30 @@ constexpr double kSquare = 560, kTitleFont = 14, kLegendFont = 12, kLegendDash =
                  kLegendRise = 4, kLetterWidth = 6.5, kLegendSpace = 22;
 constexpr double kMargin = 0.06, kCurveWidth = 1.4, kPathWidth = 2.4, kTruthWidth = 1.6;
 constexpr double kBarHeight = 14, kBarStep = 18, kStageGap = 8, kStageNames = 190;
-constexpr const char* kTruthColor = "#999999";
+constexpr const char* kTruthColour = "#999999";
 // From the palette of Okabe and Ito, told apart by the colour-blind.
-constexpr std::array<const char*, 7> kRunColors = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                                   "#e69f00", "#56b4e9", "#000000"};
-constexpr std::array<std::array<double, 3>, 5> kErrorColors = {
+constexpr std::array<const char*, 7> kRunColours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                                    "#e69f00", "#56b4e9", "#000000"};
+constexpr std::array<std::array<double, 3>, 5> kErrorColours = {
     {{45, 192, 160}, {155, 215, 112}, {247, 216, 74}, {232, 84, 47}, {179, 21, 74}}};
 constexpr double kLargestShownQuantile = 0.98;
 
-const char* RunColor(size_t run) { return kRunColors[run % kRunColors.size()]; }
+const char* RunColour(size_t run) { return kRunColours[run % kRunColours.size()]; }
 
-std::string ErrorColor(double share) {
-  const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(kErrorColors.size() - 1);
-  const size_t low = std::min(static_cast<size_t>(place), kErrorColors.size() - 2);
+std::string ErrorColour(double share) {
+  const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(kErrorColours.size() - 1);
+  const size_t low = std::min(static_cast<size_t>(place), kErrorColours.size() - 2);
   const double rest = place - static_cast<double>(low);
   std::array<int, 3> rgb{};
   for (size_t i = 0; i < rgb.size(); ++i) {
-    rgb[i] = static_cast<int>((1 - rest) * kErrorColors[low][i] + rest * kErrorColors[low + 1][i]);
+    rgb[i] =
+        static_cast<int>((1 - rest) * kErrorColours[low][i] + rest * kErrorColours[low + 1][i]);
   }
   return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
 }
 
 struct Curve {
-  std::string color;
+  std::string colour;
   std::vector<Eigen::Vector2d> points;
 };
 
@@ -66,7 +67,7 @@ void DrawLegend(SvgWriter& svg, const std::vector<RunReport>& reports) {
   Eigen::Vector2d at(kLeft, kTop - 2 * kLegendGap);
   for (size_t run = 0; run < reports.size(); ++run) {
     const Eigen::Vector2d from = at - Eigen::Vector2d(0, kLegendRise);
-    svg.Line(from, from + Eigen::Vector2d(kLegendDash, 0), RunColor(run), kPathWidth);
+    svg.Line(from, from + Eigen::Vector2d(kLegendDash, 0), RunColour(run), kPathWidth);
     svg.Text(at + Eigen::Vector2d(kLegendDash + kLegendGap, 0), reports[run].run.name,
              TextAnchor::kStart, kLegendFont);
     at.x() += kLegendDash + kLegendSpace +
@@ -100,7 +101,7 @@ std::string PanelsOverTime(std::vector<Panel> panels, const std::vector<RunRepor
     const PlotAxes axes(box, RangeOf(seconds, 0), range);
     axes.Draw(svg, i + 1 == panels.size() ? "time, s" : "", panels[i].y_label);
     for (const Curve& curve : panels[i].curves) {
-      axes.Plot(svg, curve.points, curve.color, kCurveWidth);
+      axes.Plot(svg, curve.points, curve.colour, kCurveWidth);
     }
   }
   return svg.Document();
@@ -111,7 +112,7 @@ Panel PanelOf(const std::vector<RunReport>& reports, const std::string& y_label,
               const std::function<void(const Evaluation&, Timestamp start, Curve*)>& fill) {
   Panel panel{y_label, {}};
   for (size_t run = 0; run < reports.size(); ++run) {
-    Curve curve{RunColor(run), {}};
+    Curve curve{RunColour(run), {}};
     if (reports[run].evaluation) fill(*reports[run].evaluation, reports[run].Start(), &curve);
     panel.curves.push_back(std::move(curve));
   }
@@ -144,7 +145,7 @@ std::string ErrorsOverTime(const std::vector<RunReport>& reports) {
 std::string Growth(const std::vector<RunReport>& reports) {
   Panel keyframes{"keyframes", {}}, landmarks{"landmarks", {}};
   for (size_t run = 0; run < reports.size(); ++run) {
-    Curve keyframe_curve{RunColor(run), {}}, landmark_curve{RunColor(run), {}};
+    Curve keyframe_curve{RunColour(run), {}}, landmark_curve{RunColour(run), {}};
     const MapGrowth& growth = reports[run].growth;
     const auto& evaluation = reports[run].evaluation;
     const double offset_s = evaluation ? evaluation->time_offset_s : 0;
@@ -190,7 +191,7 @@ std::string Timings(const std::vector<RunReport>& reports) {
     for (size_t run = 0; run < reports.size(); ++run) {
       const double x = axes.Pixel(medians[run][name], 0).x();
       svg.Rectangle({kStageNames, top + static_cast<double>(run) * kBarStep},
-                    {x - kStageNames, kBarHeight}, RunColor(run), "none");
+                    {x - kStageNames, kBarHeight}, RunColour(run), "none");
     }
     top += stage_step;
   }
@@ -234,11 +235,11 @@ std::string ErrorAlongPath(const Evaluation& evaluation) {
   };
   std::vector<Eigen::Vector2d> truth;
   for (const TimedPose& pose : evaluation.truth) truth.push_back(place(pose));
-  axes.Plot(svg, truth, kTruthColor, kTruthWidth);
+  axes.Plot(svg, truth, kTruthColour, kTruthWidth);
   for (size_t i = 1; i < path.size(); ++i) {
     const Eigen::Vector2d from = place(path[i - 1]), to = place(path[i]);
     svg.Line(axes.Pixel(from.x(), from.y()), axes.Pixel(to.x(), to.y()),
-             ErrorColor(evaluation.ate.errors_m[i] / largest_m), kPathWidth);
+             ErrorColour(evaluation.ate.errors_m[i] / largest_m), kPathWidth);
   }
   return svg.Document();
 }

@@ -45,13 +45,13 @@ std::string PlotNamed(const std::string& wanted, const std::vector<RunReport>& r
   return "";
 }
 
-std::set<std::string> ColorsOfLines(const std::string& svg) {
-  std::set<std::string> colors;
+std::set<std::string> ColoursOfLines(const std::string& svg) {
+  std::set<std::string> colours;
   const std::regex line("<line[^>]*stroke=\"(#[0-9a-f]+)\"[^>]*stroke-width=\"2.4\"");
   for (auto at = std::sregex_iterator(svg.begin(), svg.end(), line); at != std::sregex_iterator();
        ++at)
-    colors.insert((*at)[1]);
-  return colors;
+    colours.insert((*at)[1]);
+  return colours;
 }
 
 TEST(ReportPlots, OfNothingAreNone) {
@@ -81,8 +81,8 @@ TEST(ReportPlots, AFlightWithoutErrorOrOfOnePoseHasPlotsOfNumbers) {
 TEST(ReportPlots, ColourThePathByItsError) {
   // Where all errs the same, all has the colour of the largest error, and else both ends appear.
   const std::string exact = PlotNamed("run-error.svg", {RunOf("run", 0)});
-  EXPECT_THAT(ColorsOfLines(exact), ElementsAre("#2dc0a0"));
-  EXPECT_THAT(ColorsOfLines(PlotNamed("run-error.svg", {RunOf("run", 5, 400)})),
+  EXPECT_THAT(ColoursOfLines(exact), ElementsAre("#2dc0a0"));
+  EXPECT_THAT(ColoursOfLines(PlotNamed("run-error.svg", {RunOf("run", 5, 400)})),
               ElementsAre("#2dc0a0", "#b3154a"));
 }
 

@@ -38,9 +38,9 @@ class ReportTest : public testing::Test {
     const Trajectory flight = MoveTrajectory(kMoved, AddNoise(MakeFlight(200, 20), 0.05, random));
     WriteTrajectory(out / "trajectory.txt", flight);
     WriteTrajectory(out / "keyframes.txt", {flight[0], flight[100]});
-    std::vector<ColoredPoint> points;
+    std::vector<ColouredPoint> points;
     for (int i = 0; i < 100; ++i) {
-      points.push_back(ColoredPoint::Grey(
+      points.push_back(ColouredPoint::Grey(
           {random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)}, 180));
     }
     WritePly(out / "points.ply", points);
@@ -138,8 +138,8 @@ TEST_F(ReportTest, CountsLostFramesByTheirReason) {
 }
 
 TEST_F(ReportTest, GreyPointsAreLeftToBeColouredByHeight) {
-  std::vector<ColoredPoint> points = {ColoredPoint::Grey({0, 0, 0}, 20),
-                                      ColoredPoint::Grey({0, 0, 1}, 200)};
+  std::vector<ColouredPoint> points = {ColouredPoint::Grey({0, 0, 0}, 20),
+                                       ColouredPoint::Grey({0, 0, 1}, 200)};
   WritePly(folder_ / "a/run/points.ply", points);
   EXPECT_FALSE(RunReportJson(Compared(folder_ / "a/run"), 30)["cloud"].contains("rgb"));
   points[1].rgb = {200, 20, 20};

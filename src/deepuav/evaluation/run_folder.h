@@ -26,7 +26,7 @@ struct RunFolder {
   nlohmann::ordered_json summary;
   Trajectory trajectory, keyframes;  ///< Of the main map; empty where no map was started.
   std::vector<std::pair<std::string, std::vector<double>>> stage_ms;  ///< In the file's order.
-  std::vector<ColoredPoint> points;
+  std::vector<ColouredPoint> points;
   std::vector<LostFrames> lost;  ///< The most frequent reason first.
 
   /// The summary's text at a path of keys as "/dataset/path", or nothing.

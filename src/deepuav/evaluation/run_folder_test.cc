@@ -94,8 +94,8 @@ TEST_F(RunFolderTest, ASummaryNestedWithoutEndIsRefused) {
 }
 
 TEST_F(RunFolderTest, ACloudThatIsCutOrNotFiniteIsRefused) {
-  const ColoredPoint point = ColoredPoint::Grey({1, 2, 3}, 90);
-  WritePly(run_ / "points.ply", std::vector<ColoredPoint>(3, point));
+  const ColouredPoint point = ColouredPoint::Grey({1, 2, 3}, 90);
+  WritePly(run_ / "points.ply", std::vector<ColouredPoint>(3, point));
   ASSERT_EQ(ReadRunFolder(run_).points.size(), 3u);
   const auto size = std::filesystem::file_size(run_ / "points.ply");
   std::string bytes(size, 0);

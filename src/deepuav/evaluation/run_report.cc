@@ -84,21 +84,21 @@ Json EvaluationSection(const RunReport& report) {
 
 Json CloudJson(const RunReport& report, int max_points) {
   const Sim3 world_from_map = report.WorldFromMap();
-  const std::vector<ColoredPoint>& all = report.run.points;
+  const std::vector<ColouredPoint>& all = report.run.points;
   const size_t kept = std::min(all.size(), static_cast<size_t>(max_points));
   std::vector<Eigen::Vector3f> points;
-  std::vector<uint8_t> colors;
-  bool is_colored = false;
+  std::vector<uint8_t> colours;
+  bool is_coloured = false;
   for (size_t i = 0; i < kept; ++i) {
-    const ColoredPoint& point = all[i * all.size() / kept];
+    const ColouredPoint& point = all[i * all.size() / kept];
     points.emplace_back((world_from_map * point.position).cast<float>());
-    colors.insert(colors.end(), point.rgb.begin(), point.rgb.end());
-    is_colored |= point.rgb[0] != point.rgb[1] || point.rgb[1] != point.rgb[2];
+    colours.insert(colours.end(), point.rgb.begin(), point.rgb.end());
+    is_coloured |= point.rgb[0] != point.rgb[1] || point.rgb[1] != point.rgb[2];
   }
   Json cloud = PackPoints(points);
   cloud["count"] = kept;
   cloud["total"] = all.size();
-  if (is_colored) cloud["rgb"] = PackBytes(colors);
+  if (is_coloured) cloud["rgb"] = PackBytes(colours);
   return cloud;
 }
 

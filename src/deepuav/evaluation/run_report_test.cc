@@ -80,7 +80,7 @@ TEST_F(RunReportTest, MovesPathKeyframesAndCloudIntoTheTruthsWorld) {
   const Trajectory flight = ReadTrajectory(run_ / "trajectory.txt");
   WriteTrajectory(run_ / "keyframes.txt", {flight[0], flight[30]});
   const Eigen::Vector3d place(1, -2, 0.5);
-  WritePly(run_ / "points.ply", std::vector{ColoredPoint::Grey(place, 9)});
+  WritePly(run_ / "points.ply", std::vector{ColouredPoint::Grey(place, 9)});
   const RunReport report = Compared();
   const nlohmann::ordered_json json = RunReportJson(report, kManyPoints);
   const auto floats = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -117,7 +117,7 @@ TEST_F(RunReportTest, TellsTimeOnTheTruthsClock) {
 }
 
 TEST_F(RunReportTest, ThinsACloudEvenlyAndDownToNothing) {
-  std::vector<ColoredPoint> points;
+  std::vector<ColouredPoint> points;
   for (int i = 0; i < 10; ++i) points.push_back({{i * 1.0, 0, 0}, {uint8_t(i), 0, 0}});
   WritePly(run_ / "points.ply", points);
   const RunReport report = Report();

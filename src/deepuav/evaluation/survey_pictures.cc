@@ -17,14 +17,14 @@ namespace {
 using Json = nlohmann::json;
 
 // Blue, green, red: from one photograph, which tells no height, to eight and more.
-constexpr std::array<std::array<int, 3>, 8> kOverlapColors = {{{38, 26, 165},
-                                                               {67, 109, 244},
-                                                               {97, 174, 253},
-                                                               {139, 224, 254},
-                                                               {139, 239, 217},
-                                                               {99, 189, 102},
-                                                               {80, 152, 26},
-                                                               {160, 110, 30}}};
+constexpr std::array<std::array<int, 3>, 8> kOverlapColours = {{{38, 26, 165},
+                                                                {67, 109, 244},
+                                                                {97, 174, 253},
+                                                                {139, 224, 254},
+                                                                {139, 239, 217},
+                                                                {99, 189, 102},
+                                                                {80, 152, 26},
+                                                                {160, 110, 30}}};
 
 std::string DataUri(const char* ending, const char* type, const cv::Mat& picture,
                     const std::vector<int>& parameters = {}) {
@@ -34,11 +34,11 @@ std::string DataUri(const char* ending, const char* type, const cv::Mat& picture
                      Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 }
 
-Json OverlapColors() {
-  Json colors = Json::array();
-  for (const auto& [blue, green, red] : kOverlapColors)
-    colors.push_back(fmt::format("rgb({},{},{})", red, green, blue));
-  return colors;
+Json OverlapColours() {
+  Json colours = Json::array();
+  for (const auto& [blue, green, red] : kOverlapColours)
+    colours.push_back(fmt::format("rgb({},{},{})", red, green, blue));
+  return colours;
 }
 
 cv::Mat4b OverlapPicture(const cv::Mat1w& count) {
@@ -46,8 +46,8 @@ cv::Mat4b OverlapPicture(const cv::Mat1w& count) {
   for (int row = 0; row < count.rows; ++row) {
     for (int column = 0; column < count.cols; ++column) {
       if (count(row, column) == 0) continue;
-      const auto index = std::min<size_t>(count(row, column), kOverlapColors.size()) - 1;
-      const auto& [blue, green, red] = kOverlapColors[index];
+      const auto index = std::min<size_t>(count(row, column), kOverlapColours.size()) - 1;
+      const auto& [blue, green, red] = kOverlapColours[index];
       picture(row, column) = {static_cast<uchar>(blue), static_cast<uchar>(green),
                               static_cast<uchar>(red), 255};
     }
@@ -113,12 +113,12 @@ Json ErrorsJson(const Map& map, const Camera& camera, int columns) {
   cv::minMaxLoc(grid.median_px, nullptr, &most, nullptr, nullptr, known);
   cv::Mat1b level;
   grid.median_px.convertTo(level, CV_8U, most > 0 ? 255 / most : 0);
-  cv::Mat colors;
-  cv::applyColorMap(level, colors, cv::COLORMAP_VIRIDIS);
-  cv::cvtColor(colors, colors, cv::COLOR_BGR2BGRA);
-  colors.setTo(cv::Scalar::all(0), ~known);
-  cv::resize(colors, colors, {}, kZoom, kZoom, cv::INTER_NEAREST);
-  return {{"picture", DataUri(".png", "png", colors)},
+  cv::Mat colours;
+  cv::applyColorMap(level, colours, cv::COLORMAP_VIRIDIS);
+  cv::cvtColor(colours, colours, cv::COLOR_BGR2BGRA);
+  colours.setTo(cv::Scalar::all(0), ~known);
+  cv::resize(colours, colours, {}, kZoom, kZoom, cv::INTER_NEAREST);
+  return {{"picture", DataUri(".png", "png", colours)},
           {"aspect", static_cast<double>(camera.width) / camera.height},
           {"most_px", most},
           {"median_px", grid.all_px}};
@@ -137,7 +137,7 @@ Json SurveyPictures(const LoadedAtlas& loaded, MapId map, std::unique_ptr<Datase
   Json json = {{"about", scene.scene.frame.about},
                {"aspect", static_cast<double>(plan.raster.columns) / plan.raster.rows},
                {"overlap", DataUri(".png", "png", OverlapPicture(plan.choice.count))},
-               {"overlap_colors", OverlapColors()},
+               {"overlap_colors", OverlapColours()},
                {"cameras", CameraPlaces(scene, plan.raster)},
                {"errors", ErrorsJson(loaded.atlas.At(map), loaded.camera, options.error_columns)}};
   if (!dataset) return json;

@@ -33,7 +33,7 @@ class GreyDataset : public Dataset {
   Timestamp Time(int frame) const override { return {frame}; }
   std::string Name(int frame) const override { return fmt::format("{}.jpg", frame); }
   GreyImage Load(int /*frame*/) override { return {}; }
-  cv::Mat3b LoadColor(int frame, const cv::Size& size) override {
+  cv::Mat3b LoadColour(int frame, const cv::Size& size) override {
     if (frame == 0) throw Error("0.jpg: is broken");
     return {size, cv::Vec3b::all(90)};
   }

@@ -44,20 +44,20 @@ SvgWriter::SvgWriter(double width, double height)
                       width, height)) {}
 
 void SvgWriter::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                     const std::string& color, double width) {
+                     const std::string& colour, double width) {
   body_ += fmt::format(
       "<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" stroke=\"{}\" "
       "stroke-width=\"{:g}\"/>\n",
-      from.x(), from.y(), to.x(), to.y(), color, width);
+      from.x(), from.y(), to.x(), to.y(), colour, width);
 }
 
-void SvgWriter::Polyline(const std::vector<Eigen::Vector2d>& points, const std::string& color,
+void SvgWriter::Polyline(const std::vector<Eigen::Vector2d>& points, const std::string& colour,
                          double width) {
   if (points.empty()) return;
   body_ += fmt::format(
       "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:g}\" stroke-linejoin=\"round\" "
       "stroke-linecap=\"round\" points=\"",
-      color, width);
+      colour, width);
   const Eigen::Vector2d* last = nullptr;
   for (size_t i = 0; i < points.size(); ++i) {
     const bool is_seen = !last || (points[i] - *last).norm() >= kSeenDistance;
@@ -77,9 +77,9 @@ void SvgWriter::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& 
       corner.x(), corner.y(), size.x(), size.y(), fill, stroke);
 }
 
-void SvgWriter::Circle(const Eigen::Vector2d& center, double radius, const std::string& fill) {
-  body_ += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:g}\" fill=\"{}\"/>\n", center.x(),
-                       center.y(), radius, fill);
+void SvgWriter::Circle(const Eigen::Vector2d& centre, double radius, const std::string& fill) {
+  body_ += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:g}\" fill=\"{}\"/>\n", centre.x(),
+                       centre.y(), radius, fill);
 }
 
 void SvgWriter::Text(const Eigen::Vector2d& position, const std::string& text, TextAnchor anchor,

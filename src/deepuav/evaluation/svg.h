@@ -17,13 +17,14 @@ class SvgWriter {
  public:
   SvgWriter(double width, double height);
 
-  void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::string& color,
+  void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::string& colour,
             double width);
   /// Leaves out points too near to the previous one to be seen.
-  void Polyline(const std::vector<Eigen::Vector2d>& points, const std::string& color, double width);
+  void Polyline(const std::vector<Eigen::Vector2d>& points, const std::string& colour,
+                double width);
   void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                  const std::string& fill, const std::string& stroke);
-  void Circle(const Eigen::Vector2d& center, double radius, const std::string& fill);
+  void Circle(const Eigen::Vector2d& centre, double radius, const std::string& fill);
   /// `rotation_deg`: about the position.
   void Text(const Eigen::Vector2d& position, const std::string& text, TextAnchor anchor,
             double size, double rotation_deg = 0);

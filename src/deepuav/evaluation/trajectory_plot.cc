@@ -26,8 +26,8 @@ constexpr double kGapInIntervals =
     4;  // Longer without a pose than this many usual intervals: the line breaks.
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
 // From the palette of Okabe and Ito, told apart by the colour-blind.
-constexpr const char *kTruthColor = "#999999", *kEstimateColor = "#0072b2",
-                     *kErrorColor = "#d55e00";
+constexpr const char *kTruthColour = "#999999", *kEstimateColour = "#0072b2",
+                     *kErrorColour = "#d55e00";
 
 /// A trajectory to draw: seconds since the first truth, positions, and where a line must break.
 struct Track {
@@ -61,16 +61,16 @@ Track MakeTrack(const Trajectory& poses, const Trajectory& clock, Timestamp orig
 /// Plots the points `point(i)` of a track, broken where poses are missing.
 template <typename PointOf>
 void PlotPieces(SvgWriter& svg, const PlotAxes& axes, const Track& track, PointOf&& point,
-                const char* color, double width) {
+                const char* colour, double width) {
   std::vector<Eigen::Vector2d> piece;
   for (size_t i = 0; i < track.seconds.size(); ++i) {
     if (track.starts_piece[i]) {
-      axes.Plot(svg, piece, color, width);
+      axes.Plot(svg, piece, colour, width);
       piece.clear();
     }
     piece.push_back(point(i));
   }
-  axes.Plot(svg, piece, color, width);
+  axes.Plot(svg, piece, colour, width);
 }
 
 std::vector<double> Component(const Track& truth, const Track& estimate, int axis) {
@@ -88,16 +88,16 @@ void DrawPlan(SvgWriter& svg, const Track& truth, const Track& estimate,
       PlotAxes::EqualScale(kPlanBox, RangeOf(Component(truth, estimate, plan[0]), kMargin),
                            RangeOf(Component(truth, estimate, plan[1]), kMargin));
   axes.Draw(svg, AxisLabel(plan[0]), AxisLabel(plan[1]));
-  const auto draw = [&](const Track& track, const char* color, double width) {
+  const auto draw = [&](const Track& track, const char* colour, double width) {
     const auto point = [&](size_t i) {
       return Eigen::Vector2d(track.positions[i][plan[0]], track.positions[i][plan[1]]);
     };
-    PlotPieces(svg, axes, track, point, color, width);
+    PlotPieces(svg, axes, track, point, colour, width);
   };
-  draw(truth, kTruthColor, kTruthWidth);
-  draw(estimate, kEstimateColor, kEstimateWidth);
+  draw(truth, kTruthColour, kTruthWidth);
+  draw(estimate, kEstimateColour, kEstimateWidth);
   const Eigen::Vector3d& start = estimate.positions.front();
-  svg.Circle(axes.Pixel(start[plan[0]], start[plan[1]]), kStartRadius, kEstimateColor);
+  svg.Circle(axes.Pixel(start[plan[0]], start[plan[1]]), kStartRadius, kEstimateColour);
 }
 
 void DrawComponents(SvgWriter& svg, const Track& truth, const Track& estimate,
@@ -106,14 +106,14 @@ void DrawComponents(SvgWriter& svg, const Track& truth, const Track& estimate,
     const PlotBox box{kFirstComponent + axis * kComponentStep, kComponentSize};
     const PlotAxes axes(box, time, RangeOf(Component(truth, estimate, axis), kMargin));
     axes.Draw(svg, axis == 2 ? "time, s" : "", AxisLabel(axis));
-    const auto draw = [&](const Track& track, const char* color, double width) {
+    const auto draw = [&](const Track& track, const char* colour, double width) {
       const auto point = [&](size_t i) {
         return Eigen::Vector2d(track.seconds[i], track.positions[i][axis]);
       };
-      PlotPieces(svg, axes, track, point, color, width);
+      PlotPieces(svg, axes, track, point, colour, width);
     };
-    draw(truth, kTruthColor, kTruthWidth);
-    draw(estimate, kEstimateColor, kEstimateWidth);
+    draw(truth, kTruthColour, kTruthWidth);
+    draw(estimate, kEstimateColour, kEstimateWidth);
   }
 }
 
@@ -124,7 +124,7 @@ void DrawErrors(SvgWriter& svg, const Track& estimate, const std::vector<double>
   const PlotAxes axes(kErrorBox, time, range);
   axes.Draw(svg, "time, s", "error, m");
   const auto point = [&](size_t i) { return Eigen::Vector2d(estimate.seconds[i], errors_m[i]); };
-  PlotPieces(svg, axes, estimate, point, kErrorColor, kErrorWidth);
+  PlotPieces(svg, axes, estimate, point, kErrorColour, kErrorWidth);
 }
 
 void DrawTitleAndLegend(SvgWriter& svg, const Evaluation& evaluation,
@@ -136,11 +136,11 @@ void DrawTitleAndLegend(SvgWriter& svg, const Evaluation& evaluation,
                        evaluation.matched_truth.size(), 100 * evaluation.Completeness()),
            TextAnchor::kStart, kTitleFont);
   Eigen::Vector2d at = kLegend;
-  for (const auto& [name, color, width] :
-       {std::tuple("truth", kTruthColor, kTruthWidth),
-        std::tuple("estimate", kEstimateColor, kEstimateWidth)}) {
+  for (const auto& [name, colour, width] :
+       {std::tuple("truth", kTruthColour, kTruthWidth),
+        std::tuple("estimate", kEstimateColour, kEstimateWidth)}) {
     const Eigen::Vector2d from = at - Eigen::Vector2d(0, kLegendRise);
-    svg.Line(from, from + Eigen::Vector2d(kLegendDash, 0), color, width);
+    svg.Line(from, from + Eigen::Vector2d(kLegendDash, 0), colour, width);
     svg.Text(at + Eigen::Vector2d(kLegendDash + kLegendGap, 0), name, TextAnchor::kStart,
              kLegendFont);
     at.x() += kLegendStep;

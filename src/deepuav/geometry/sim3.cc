@@ -83,8 +83,8 @@ Sim3 Sim3::operator*(const Sim3& other) const {
 
 SE3 Sim3::MovePose(const SE3& cam_from_old) const {
   const Eigen::Quaterniond cam_from_new = cam_from_old.rotation() * rotation().conjugate();
-  const Eigen::Vector3d center_new = *this * cam_from_old.InverseTranslation();
-  return SE3(cam_from_new, -(cam_from_new * center_new));
+  const Eigen::Vector3d centre_new = *this * cam_from_old.InverseTranslation();
+  return SE3(cam_from_new, -(cam_from_new * centre_new));
 }
 
 Matrix7d Sim3LeftJacobianInverse(const Vector7d& tangent) {

@@ -23,10 +23,10 @@ std::optional<Eigen::Vector3d> TriangulatePoint(const SE3& a_from_world,
   return point.head<3>() / point.w();
 }
 
-double ParallaxAngle(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b,
+double ParallaxAngle(const Eigen::Vector3d& centre_a, const Eigen::Vector3d& centre_b,
                      const Eigen::Vector3d& point) {
-  const Eigen::Vector3d to_a = (center_a - point).normalized();
-  const Eigen::Vector3d to_b = (center_b - point).normalized();
+  const Eigen::Vector3d to_a = (centre_a - point).normalized();
+  const Eigen::Vector3d to_b = (centre_b - point).normalized();
   return std::atan2(to_a.cross(to_b).norm(), to_a.dot(to_b));
 }
 

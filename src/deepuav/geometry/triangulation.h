@@ -16,7 +16,7 @@ std::optional<Eigen::Vector3d> TriangulatePoint(const SE3& a_from_world,
                                                 const Eigen::Vector3d& ray_b);
 
 /// The angle at `point` between the directions to the two camera centres, radians.
-double ParallaxAngle(const Eigen::Vector3d& center_a, const Eigen::Vector3d& center_b,
+double ParallaxAngle(const Eigen::Vector3d& centre_a, const Eigen::Vector3d& centre_b,
                      const Eigen::Vector3d& point);
 
 }  // namespace deepuav

@@ -89,8 +89,8 @@ int DecoderReduction(const cv::Size2d& from, const cv::Size& to) {
   return 1;
 }
 
-int ReadMode(int reduction, JpegColors colors) {
-  const bool is_grey = colors == JpegColors::kGrey;
+int ReadMode(int reduction, JpegColours colours) {
+  const bool is_grey = colours == JpegColours::kGrey;
   switch (reduction) {
     case 8:
       return is_grey ? cv::IMREAD_REDUCED_GRAYSCALE_8 : cv::IMREAD_REDUCED_COLOR_8;
@@ -135,12 +135,13 @@ GreyImage StretchTo8Bit(const cv::Mat& deep, const std::string& name) {
 }
 
 /// What OpenCV makes of the bytes; throws Error where that is nothing.
-cv::Mat DecodeWhole(const Bytes& bytes, const std::string& name, int reduction, JpegColors colors) {
+cv::Mat DecodeWhole(const Bytes& bytes, const std::string& name, int reduction,
+                    JpegColours colours) {
   try {
     // Calibrations are in the sensor's pixels, so the orientation in the EXIF data must not turn
     // the image.
     cv::Mat image =
-        cv::imdecode(bytes, ReadMode(reduction, colors) | cv::IMREAD_IGNORE_ORIENTATION);
+        cv::imdecode(bytes, ReadMode(reduction, colours) | cv::IMREAD_IGNORE_ORIENTATION);
     if (!image.empty()) return image;
   } catch (const cv::Exception& exception) {
     throw Error("image {}: cannot be decoded ({}): expected an image", name, exception.err);
@@ -150,8 +151,8 @@ cv::Mat DecodeWhole(const Bytes& bytes, const std::string& name, int reduction, 
 
 /// A JPEG without its end, as far as it goes.
 PartialJpeg DecodeBrokenOff(const Bytes& bytes, const std::string& name, int reduction,
-                            JpegColors colors) {
-  const auto partial = DecodePartialJpeg(bytes, reduction, colors);
+                            JpegColours colours) {
+  const auto partial = DecodePartialJpeg(bytes, reduction, colours);
   if (!partial || partial->decoded_share < kMinDecodedShare) {
     throw Error("image {}: breaks off after {} bytes: expected a whole image", name, bytes.size());
   }
@@ -181,7 +182,7 @@ Bytes ReadImageFile(const std::filesystem::path& file) {
 
 /// Not smaller than `size`, where that is not empty and the image is not.
 PartialJpeg Decode(const Bytes& bytes, const std::string& name, const cv::Size& size,
-                   JpegColors colors) {
+                   JpegColours colours) {
   if (bytes.empty()) throw Error("image {}: is empty: expected an image", name);
   const bool is_jpeg = StartsWith(bytes, kJpegSignature);
   if (IsTruncatedPng(bytes)) {
@@ -193,8 +194,8 @@ PartialJpeg Decode(const Bytes& bytes, const std::string& name, const cv::Size& 
                 encoded->height, kMaxPixels);
   }
   const int reduction = is_jpeg && encoded && !size.empty() ? DecoderReduction(*encoded, size) : 1;
-  if (is_jpeg && !IsWholeJpeg(bytes)) return DecodeBrokenOff(bytes, name, reduction, colors);
-  return {DecodeWhole(bytes, name, reduction, colors), 1};
+  if (is_jpeg && !IsWholeJpeg(bytes)) return DecodeBrokenOff(bytes, name, reduction, colours);
+  return {DecodeWhole(bytes, name, reduction, colours), 1};
 }
 
 }  // namespace
@@ -211,20 +212,20 @@ GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& siz
 
 GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,
                             const cv::Size& size) {
-  GreyImage grey = StretchTo8Bit(Decode(bytes, name, size, JpegColors::kGrey).image, name);
+  GreyImage grey = StretchTo8Bit(Decode(bytes, name, size, JpegColours::kGrey).image, name);
   if (size.empty() || grey.size() == size) return grey;
   GreyImage reduced;
   cv::resize(grey, reduced, size, 0, 0, cv::INTER_AREA);
   return reduced;
 }
 
-cv::Mat3b LoadReducedColor(const std::filesystem::path& file, const cv::Size& size) {
+cv::Mat3b LoadReducedColour(const std::filesystem::path& file, const cv::Size& size) {
   const Bytes bytes = ReadImageFile(file);
-  PartialJpeg decoded = Decode(bytes, file.string(), size, JpegColors::kBlueGreenRed);
+  PartialJpeg decoded = Decode(bytes, file.string(), size, JpegColours::kBlueGreenRed);
   if (decoded.image.depth() != CV_8U) {
-    cv::Mat3b color;
-    cv::cvtColor(DecodeReducedGrey(bytes, file.string(), size), color, cv::COLOR_GRAY2BGR);
-    return color;
+    cv::Mat3b colour;
+    cv::cvtColor(DecodeReducedGrey(bytes, file.string(), size), colour, cv::COLOR_GRAY2BGR);
+    return colour;
   }
   if (!size.empty() && decoded.image.size() != size)
     cv::resize(decoded.image, decoded.image, size, 0, 0, cv::INTER_AREA);

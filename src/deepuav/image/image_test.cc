@@ -261,27 +261,27 @@ TEST_F(LoadGreyTest, NamesTheBadFile) {
   expect_refused(Write("cut.jpg", cut), "breaks off");
 }
 
-TEST_F(LoadGreyTest, ColorsStayAndLostRowsAreCutOff) {
+TEST_F(LoadGreyTest, ColoursStayAndLostRowsAreCutOff) {
   cv::Mat3b picture(480, 640);
   for (int y = 0; y < picture.rows; ++y) {
     for (int x = 0; x < picture.cols; ++x)
       picture(y, x) = cv::Vec3b(200, static_cast<uchar>(y / 4), static_cast<uchar>(x / 4));
   }
   Bytes jpeg = Encode(".jpg", picture);
-  const cv::Mat3b whole = LoadReducedColor(Write("whole.jpg", jpeg), {160, 120});
+  const cv::Mat3b whole = LoadReducedColour(Write("whole.jpg", jpeg), {160, 120});
   ASSERT_EQ(whole.size(), cv::Size(160, 120));
   EXPECT_NEAR(whole(60, 80)[0], 200, 4);
   EXPECT_NEAR(whole(60, 80)[1], 60, 4);
   EXPECT_NEAR(whole(60, 80)[2], 80, 4);
   jpeg.resize(jpeg.size() * 9 / 10);
-  const cv::Mat3b broken = LoadReducedColor(Write("broken.jpg", jpeg), {160, 120});
+  const cv::Mat3b broken = LoadReducedColour(Write("broken.jpg", jpeg), {160, 120});
   EXPECT_EQ(broken.cols, 160);
   EXPECT_GT(broken.rows, 90);
   EXPECT_LT(broken.rows, 120);
   EXPECT_NEAR(broken(broken.rows - 2, 80)[0], 200, 4);
-  const cv::Mat3b grey = LoadReducedColor(Write("grey.png", Encode(".png", Picture())), {});
+  const cv::Mat3b grey = LoadReducedColour(Write("grey.png", Encode(".png", Picture())), {});
   EXPECT_EQ(grey(3, 5), cv::Vec3b::all(Picture()(3, 5)));
-  EXPECT_THROW(LoadReducedColor(Write("none.jpg", {1, 2, 3}), {}), Error);
+  EXPECT_THROW(LoadReducedColour(Write("none.jpg", {1, 2, 3}), {}), Error);
 }
 
 }  // namespace

@@ -48,8 +48,8 @@ void Skip(j_decompress_ptr info, long bytes) {
 
 class Decoder {
  public:
-  Decoder(const std::vector<uint8_t>& bytes, JpegColors colors)
-      : is_grey_(colors == JpegColors::kGrey) {
+  Decoder(const std::vector<uint8_t>& bytes, JpegColours colours)
+      : is_grey_(colours == JpegColours::kGrey) {
     info_.err = jpeg_std_error(&errors_.manager);
     errors_.manager.error_exit = GiveUp;
     errors_.manager.emit_message = NoteDamage;
@@ -107,8 +107,8 @@ class Decoder {
 }  // namespace
 
 std::optional<PartialJpeg> DecodePartialJpeg(const std::vector<uint8_t>& bytes, int reduction,
-                                             JpegColors colors) {
-  Decoder decoder(bytes, colors);
+                                             JpegColours colours) {
+  Decoder decoder(bytes, colours);
   decoder.Run(reduction);
   return decoder.Decoded();
 }

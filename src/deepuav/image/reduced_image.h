@@ -17,7 +17,7 @@ GreyImage LoadReducedGrey(const std::filesystem::path& file, const cv::Size& siz
 
 /// As LoadReducedGrey, in colour: blue, green, red. Of a JPEG that breaks off, the rows that are
 /// lost are cut off.
-cv::Mat3b LoadReducedColor(const std::filesystem::path& file, const cv::Size& size);
+cv::Mat3b LoadReducedColour(const std::filesystem::path& file, const cv::Size& size);
 
 /// The same as LoadReducedGrey from the bytes of a file, `name` for messages.
 GreyImage DecodeReducedGrey(const std::vector<uint8_t>& bytes, const std::string& name,

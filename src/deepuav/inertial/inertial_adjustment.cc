@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "deepuav/estimation/block_cholesky.h"
+#include "deepuav/estimation/solvers/block_cholesky.h"
 #include "deepuav/inertial/inertial_chain.h"
 
 namespace deepuav {
@@ -37,18 +37,18 @@ std::vector<InertialState> Moved(const InertialChain& chain,
 InertialFit AdjustInertial(const InertialProblem& problem, int iterations,
                            std::vector<InertialState>* states) {
   BlockCholesky<kStateSize> factor(ChainPattern(problem.size()));
-  InertialChain chain = Linearize(problem, *states);
+  InertialChain chain = Linearise(problem, *states);
   double damping = Tuning::kInitialDamping;
   InertialFit fit;
   for (int i = 0; i < iterations && damping <= Tuning::kMaxDamping && !fit.converged; ++i) {
     Eigen::VectorXd step = -chain.gradient;
-    if (!factor.Factorize(chain.Damped(damping).data())) {
+    if (!factor.Factorise(chain.Damped(damping).data())) {
       damping *= Tuning::kDampingFactor;
       continue;
     }
     factor.SolveInPlace(&step);
     const std::vector<InertialState> candidate = Moved(chain, *states, step);
-    InertialChain next = Linearize(problem, candidate);
+    InertialChain next = Linearise(problem, candidate);
     const double expected = -chain.gradient.dot(step), decrease = chain.cost - next.cost;
     if (!step.allFinite() || !(decrease >= 0)) {
       fit.converged = expected <= Tuning::kNegligibleDecrease;
@@ -70,8 +70,8 @@ std::optional<InertialCovariance> CovarianceOf(const InertialProblem& problem,
                                                const std::vector<InertialState>& states,
                                                const std::vector<double>& scale_weights) {
   BlockCholesky<kStateSize> factor(ChainPattern(problem.size()));
-  const InertialChain chain = Linearize(problem, states);
-  if (!factor.Factorize(chain.hessian.data())) return std::nullopt;
+  const InertialChain chain = Linearise(problem, states);
+  if (!factor.Factorise(chain.hessian.data())) return std::nullopt;
   // The functions asked for, as rows of their derivatives: mean scale, gravity and clock offset.
   constexpr int kScale = 0, kLevel = 1, kOffset = 3, kFunctions = 4;
   using Functions = Eigen::Matrix<double, Eigen::Dynamic, kFunctions>;

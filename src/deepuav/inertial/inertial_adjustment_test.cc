@@ -94,7 +94,7 @@ TEST_F(InertialAdjustmentTest, TheFactorsDerivativesAreRight) {
 
 TEST_F(InertialAdjustmentTest, TheGradientIsThatOfTheCost) {
   std::vector<InertialState> states = Disturbed(1e-3);
-  const InertialChain chain = Linearize(problem_, states);
+  const InertialChain chain = Linearise(problem_, states);
   for (const size_t k : {size_t{0}, size_t{7}, problem_.size() - 1}) {
     const Eigen::MatrixXd numeric = NumericJacobian(
         [&](const Eigen::VectorXd& delta) -> Eigen::VectorXd {
@@ -102,7 +102,7 @@ TEST_F(InertialAdjustmentTest, TheGradientIsThatOfTheCost) {
           StateStep step = StateStep::Zero();
           step.head<kClock>() = delta;
           moved[k] = Moved(states[k], step, {});
-          return Eigen::VectorXd::Constant(1, 0.5 * Linearize(problem_, moved).cost);
+          return Eigen::VectorXd::Constant(1, 0.5 * Linearise(problem_, moved).cost);
         },
         kClock, 1e-7);
     const Eigen::VectorXd analytic =

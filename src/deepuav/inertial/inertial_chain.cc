@@ -205,7 +205,7 @@ std::vector<double> InertialChain::Damped(double damping) const {
   return damped;
 }
 
-InertialChain Linearize(const InertialProblem& problem, const std::vector<InertialState>& states) {
+InertialChain Linearise(const InertialProblem& problem, const std::vector<InertialState>& states) {
   InertialChain chain;
   Sum sum(states.size(), &chain);
   int integrated = 0;

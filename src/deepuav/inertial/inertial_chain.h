@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "deepuav/estimation/block_cholesky.h"
+#include "deepuav/estimation/solvers/block_cholesky.h"
 #include "deepuav/inertial/inertial_adjustment.h"
 
 namespace deepuav {
@@ -24,6 +24,6 @@ struct InertialChain {
 /// `states` blocks, each linked to the next.
 BlockPattern ChainPattern(size_t states);
 
-InertialChain Linearize(const InertialProblem& problem, const std::vector<InertialState>& states);
+InertialChain Linearise(const InertialProblem& problem, const std::vector<InertialState>& states);
 
 }  // namespace deepuav

@@ -308,7 +308,7 @@ std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const Loc
 
 CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
                                     const SeenList& seen, const SE3& initial) const {
-  const MotionOnlyResult result = OptimizePose(
+  const MotionOnlyResult result = OptimisePose(
       camera_.pinhole, Observe(frame, local_map, seen, initial), initial, options_.motion_only);
   CoarsePose pose{result.cam_from_world, {}, result.information};
   for (size_t i = 0; i < seen.size(); ++i) {

@@ -6,8 +6,8 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
-#include "deepuav/estimation/absolute_pose.h"
-#include "deepuav/estimation/motion_only.h"
+#include "deepuav/estimation/poses/absolute_pose.h"
+#include "deepuav/estimation/poses/motion_only.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/timed_pose.h"
 #include "deepuav/map/local_map.h"

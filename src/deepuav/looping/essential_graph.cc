@@ -75,7 +75,7 @@ std::vector<KeyframeMove> OptimiseEssentialGraph(const Map& map,
   AddLoopEdges(map, moved, ties, options.loop_weight, &essential);
   const double depth = map.MedianDepth(ties.back().place);
   if (depth > 0) essential.graph.unit_length = depth;
-  OptimizePoseGraph(&essential.graph, options.pose_graph);
+  OptimisePoseGraph(&essential.graph, options.pose_graph);
 
   std::vector<KeyframeMove> moves;
   for (size_t node = 0; node < essential.keyframes.size(); ++node) {

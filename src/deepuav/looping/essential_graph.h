@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/pose_graph.h"
+#include "deepuav/estimation/poses/pose_graph.h"
 #include "deepuav/map/map.h"
 #include "deepuav/map/map_correction.h"
 

@@ -37,10 +37,10 @@ Sim3OptimisationResult Align(const Pinhole& pinhole, std::vector<Sim3Corresponde
   const double ratio = options.fixed_scale ? 1 : MedianDepthRatio(pairs, Sim3(a_from_b));
   const Sim3 scaled(SE3(), ratio);
   if (Parallax(pairs, a_from_b) >= kLeastParallax)
-    return OptimizeSim3(pinhole, pairs, scaled * Sim3(a_from_b), options);
+    return OptimiseSim3(pinhole, pairs, scaled * Sim3(a_from_b), options);
   for (Sim3Correspondence& pair : pairs) pair.point_a /= ratio;
   options.fixed_scale = true;
-  Sim3OptimisationResult result = OptimizeSim3(pinhole, pairs, Sim3(a_from_b), options);
+  Sim3OptimisationResult result = OptimiseSim3(pinhole, pairs, Sim3(a_from_b), options);
   result.a_from_b = scaled * result.a_from_b;
   return result;
 }

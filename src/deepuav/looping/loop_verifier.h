@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/sim3_optimisation.h"
+#include "deepuav/estimation/poses/sim3_optimisation.h"
 #include "deepuav/localisation/relocaliser.h"
 #include "deepuav/looping/place_memory.h"
 #include "deepuav/map/map_correction.h"

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "deepuav/estimation/reprojection.h"
+#include "deepuav/estimation/poses/reprojection.h"
 #include "deepuav/mapping/map_factors.h"
 
 namespace deepuav {

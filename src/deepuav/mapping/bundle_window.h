@@ -3,8 +3,8 @@
 #include <functional>
 #include <vector>
 
-#include "deepuav/estimation/bundle_adjustment.h"
-#include "deepuav/estimation/model_noise.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/model_noise.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
 #include "deepuav/mapping/bundle_window.h"
 
 namespace deepuav {

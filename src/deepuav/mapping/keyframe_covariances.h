@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/estimation/bundle/bundle_camera.h"
 #include "deepuav/map/map.h"
 
 namespace deepuav {

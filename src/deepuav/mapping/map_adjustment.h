@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "deepuav/estimation/reweighed_adjustment.h"
+#include "deepuav/estimation/bundle/reweighed_adjustment.h"
 #include "deepuav/map/map.h"
 #include "deepuav/mapping/hovering_landmarks.h"
 

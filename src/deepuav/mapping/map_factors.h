@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "deepuav/base/ids.h"
-#include "deepuav/estimation/camera_factors.h"
+#include "deepuav/estimation/bundle/camera_factors.h"
 #include "deepuav/mapping/bundle_window.h"
 
 namespace deepuav {

@@ -7,7 +7,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/base/stages.h"
-#include "deepuav/estimation/model_noise.h"
+#include "deepuav/estimation/bundle/model_noise.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/map/local_map.h"
 #include "deepuav/map/map_correction.h"

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/map.h"
 

@@ -56,7 +56,7 @@ class DatasetPhotographs : public Photographs {
   cv::Mat3b Load(int view, const cv::Size& size) override {
     const std::optional<int>& frame = frames_[static_cast<size_t>(view)];
     if (!frame) throw Error("{}: is not among the images", names_[static_cast<size_t>(view)]);
-    return dataset_->LoadColor(*frame, size);
+    return dataset_->LoadColour(*frame, size);
   }
 
  private:

@@ -78,7 +78,7 @@ class MosaicMaker {
       AddPhotograph(patch, cache_.Load(view, sizes_[static_cast<size_t>(view)]), cells_a_step_,
                     window, &sums);
     }
-    return Colors(sums);
+    return Colours(sums);
   }
 
  private:
@@ -185,20 +185,20 @@ class MosaicMaker {
             static_cast<float>(factor[2])};
   }
 
-  static cv::Mat4b Colors(const cv::Mat4f& sums) {
+  static cv::Mat4b Colours(const cv::Mat4f& sums) {
     constexpr uchar kOpaque = 255;
-    cv::Mat4b colors(sums.size());
+    cv::Mat4b colours(sums.size());
     for (int y = 0; y < sums.rows; ++y) {
       for (int x = 0; x < sums.cols; ++x) {
         const cv::Vec4f& sum = sums(y, x);
         const bool is_seen = sum[3] > 0;
-        colors(y, x) = is_seen ? cv::Vec4b(cv::saturate_cast<uchar>(sum[0] / sum[3]),
-                                           cv::saturate_cast<uchar>(sum[1] / sum[3]),
-                                           cv::saturate_cast<uchar>(sum[2] / sum[3]), kOpaque)
-                               : cv::Vec4b();
+        colours(y, x) = is_seen ? cv::Vec4b(cv::saturate_cast<uchar>(sum[0] / sum[3]),
+                                            cv::saturate_cast<uchar>(sum[1] / sum[3]),
+                                            cv::saturate_cast<uchar>(sum[2] / sum[3]), kOpaque)
+                                : cv::Vec4b();
       }
     }
-    return colors;
+    return colours;
   }
 
   const MosaicPlan& plan_;
@@ -237,8 +237,8 @@ void MakeMosaic(const MosaicPlan& plan, int cells_a_step, Photographs* photograp
   for (int y = 0; y < all.height; y += options.block_px) {
     for (int x = 0; x < all.width; x += options.block_px) {
       const cv::Rect window = cv::Rect(x, y, options.block_px, options.block_px) & all;
-      const cv::Mat4b colors = maker.Make(window);
-      if (!colors.empty()) write(window, colors);
+      const cv::Mat4b colours = maker.Make(window);
+      if (!colours.empty()) write(window, colours);
       progress((static_cast<double>(y) * all.width +
                 static_cast<double>(window.br().x) * window.height) /
                (static_cast<double>(all.width) * all.height));

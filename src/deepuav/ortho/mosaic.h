@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/ortho/color_levels.h"
+#include "deepuav/ortho/colour_levels.h"
 #include "deepuav/ortho/photographs.h"
 
 namespace deepuav {
@@ -31,7 +31,7 @@ struct MosaicPlan {
   const OrthoScene& scene;
   const Surface& surface;
   const ViewChoice& choice;
-  const ColorLevels& levels;
+  const ColourLevels& levels;
   const cv::Mat1i& view_of_node;
 };
 

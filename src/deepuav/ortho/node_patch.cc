@@ -68,14 +68,15 @@ void AddRows(const NodePatch& patch, const cv::Mat3b& photograph, int cells_a_st
       factors(y, x) = {blue, green, red, is_inside ? weight : 0};
     }
   }
-  cv::Mat3b colors;
-  cv::remap(photograph, colors, places, cv::noArray(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  cv::Mat3b colours;
+  cv::remap(photograph, colours, places, cv::noArray(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   for (int y = 0; y < rows.height; ++y) {
     cv::Vec4f* sum = (*sums)[rows.y + y - origin.y] + (rows.x - origin.x);
     for (int x = 0; x < rows.width; ++x) {
       const cv::Vec4f& factor = factors(y, x);
-      const cv::Vec3b& color = colors(y, x);
-      for (int i = 0; i < 3; ++i) sum[x][i] += factor[3] * factor[i] * static_cast<float>(color[i]);
+      const cv::Vec3b& colour = colours(y, x);
+      for (int i = 0; i < 3; ++i)
+        sum[x][i] += factor[3] * factor[i] * static_cast<float>(colour[i]);
       sum[x][3] += factor[3];
     }
   }

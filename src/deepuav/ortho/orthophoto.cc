@@ -62,12 +62,12 @@ OrthoPlan PlanOrtho(const MapScene& scene, std::optional<int> stored_width_px,
 void MakeOrthophoto(const MapScene& scene, OrthoPlan* plan, Photographs* photographs,
                     const OrthoOptions& options, const WriteWindow& write,
                     const std::function<void(double share)>& progress) {
-  const NodeColors colors =
-      ReadNodeColors(scene.scene, plan->surface, photographs, plan->gsd, &plan->choice,
-                     [](int /*view*/, const std::string& why) { Log().warn("left out: {}", why); });
-  const ColorLevels levels = LevelColors(scene.scene.views.size(), plan->choice, colors);
+  const NodeColours colours = ReadNodeColours(
+      scene.scene, plan->surface, photographs, plan->gsd, &plan->choice,
+      [](int /*view*/, const std::string& why) { Log().warn("left out: {}", why); });
+  const ColourLevels levels = LevelColours(scene.scene.views.size(), plan->choice, colours);
   const cv::Mat1i view_of_node =
-      ChooseSeams(plan->surface.grid, plan->choice, colors, levels, options.seams);
+      ChooseSeams(plan->surface.grid, plan->choice, colours, levels, options.seams);
   MakeMosaic({scene.scene, plan->surface, plan->choice, levels, view_of_node}, plan->cells_a_step,
              photographs, write, progress, options.mosaic);
 }

@@ -37,15 +37,15 @@ Made Make(const MapScene& scene, Photographs* photographs, const OrthoOptions& o
   return made;
 }
 
-cv::Mat3b TrueColors(const Made& made) {
-  cv::Mat3b colors(made.image.size());
-  for (int row = 0; row < colors.rows; ++row) {
-    for (int column = 0; column < colors.cols; ++column) {
+cv::Mat3b TrueColours(const Made& made) {
+  cv::Mat3b colours(made.image.size());
+  for (int row = 0; row < colours.rows; ++row) {
+    for (int column = 0; column < colours.cols; ++column) {
       const Eigen::Vector2d place = made.PlaceOf(column, row);
-      colors(row, column) = SyntheticGround::ColorAt(place.x(), place.y());
+      colours(row, column) = SyntheticGround::ColourAt(place.x(), place.y());
     }
   }
-  return colors;
+  return colours;
 }
 
 /// How far the patch about a pixel lies from where the ground has its colours, in pixels.
@@ -63,7 +63,7 @@ double Displacement(const cv::Mat3b& image, const cv::Mat3b& truth, const cv::Re
 
 std::vector<double> Displacements(const Made& made) {
   constexpr int kStep = 25, kMargin = 20;
-  const cv::Mat3b truth = TrueColors(made);
+  const cv::Mat3b truth = TrueColours(made);
   cv::Mat3b image;
   cv::cvtColor(made.image, image, cv::COLOR_BGRA2BGR);
   std::vector<double> displacements;
@@ -134,7 +134,7 @@ TEST(Orthophoto, BrightnessIsLevelled) {
       if (made.image(row, column)[3] == 0) continue;
       const Eigen::Vector2d place = made.PlaceOf(column, row);
       ratios.push_back(1.0 * made.image(row, column)[1] /
-                       SyntheticGround::ColorAt(place.x(), place.y())[1]);
+                       SyntheticGround::ColourAt(place.x(), place.y())[1]);
     }
   }
   const double middle = Median(ratios);

@@ -17,17 +17,17 @@ constexpr Step kNeighbours[] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
 class SeamChooser {
  public:
-  SeamChooser(const GroundGrid& grid, const ViewChoice& choice, const NodeColors& colors,
-              const ColorLevels& levels, const SeamOptions& options)
+  SeamChooser(const GroundGrid& grid, const ViewChoice& choice, const NodeColours& colours,
+              const ColourLevels& levels, const SeamOptions& options)
       : grid_(grid), choice_(choice), options_(options), views_(grid.rows, grid.columns, kNone) {
-    levelled_.resize(colors.size());
-    for (size_t node = 0; node < colors.size(); ++node) {
+    levelled_.resize(colours.size());
+    for (size_t node = 0; node < colours.size(); ++node) {
       for (size_t slot = 0; slot < kMaxCandidates; ++slot) {
         const Candidate& candidate = choice.of_node[node][slot];
         if (candidate.view < 0) break;
         const cv::Vec3d factor =
             levels.Factor(candidate.view, static_cast<double>(candidate.radius2));
-        levelled_[node][slot] = cv::Vec3b(cv::Vec3d(colors[node][slot]).mul(factor));
+        levelled_[node][slot] = cv::Vec3b(cv::Vec3d(colours[node][slot]).mul(factor));
       }
     }
     for (int row = 0; row < grid.rows; ++row) {
@@ -98,7 +98,7 @@ class SeamChooser {
   const GroundGrid& grid_;
   const ViewChoice& choice_;
   const SeamOptions& options_;
-  NodeColors levelled_;
+  NodeColours levelled_;
   cv::Mat1i views_;
 };
 
@@ -106,10 +106,10 @@ class SeamChooser {
 
 void SeamOptions::Check() const { CheckOptions("", *this); }
 
-cv::Mat1i ChooseSeams(const GroundGrid& grid, const ViewChoice& choice, const NodeColors& colors,
-                      const ColorLevels& levels, const SeamOptions& options) {
+cv::Mat1i ChooseSeams(const GroundGrid& grid, const ViewChoice& choice, const NodeColours& colours,
+                      const ColourLevels& levels, const SeamOptions& options) {
   options.Check();
-  SeamChooser chooser(grid, choice, colors, levels, options);
+  SeamChooser chooser(grid, choice, colours, levels, options);
   for (int sweep = 0; sweep < options.sweeps && chooser.Sweep(); ++sweep) {
   }
   return chooser.views();

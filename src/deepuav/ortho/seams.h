@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/ortho/color_levels.h"
+#include "deepuav/ortho/colour_levels.h"
 
 namespace deepuav {
 
@@ -24,7 +24,7 @@ struct SeamOptions {
 
 /// By node: the view from which it is taken; -1 for none. Each photograph near its middle, seams
 /// where the photographs agree (a Markov random field, minimised by iterated conditional modes).
-cv::Mat1i ChooseSeams(const GroundGrid& grid, const ViewChoice& choice, const NodeColors& colors,
-                      const ColorLevels& levels, const SeamOptions& options = {});
+cv::Mat1i ChooseSeams(const GroundGrid& grid, const ViewChoice& choice, const NodeColours& colours,
+                      const ColourLevels& levels, const SeamOptions& options = {});
 
 }  // namespace deepuav

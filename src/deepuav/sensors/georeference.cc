@@ -53,7 +53,7 @@ class Refinement {
         known_(known) {}
 
   /// `per_sigma`: one over the standard deviation to count with, by axis; zero for an outlier.
-  Normal Linearize(const PathEstimate& estimate,
+  Normal Linearise(const PathEstimate& estimate,
                    const std::vector<Eigen::Vector3d>& per_sigma) const {
     Normal normal;
     const Sim3& local = estimate.local_from_world;
@@ -81,7 +81,7 @@ class Refinement {
 
   PathEstimate Solve(PathEstimate estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
     for (int step = 0; step < kMaxSteps; ++step) {
-      const Normal normal = Linearize(estimate, per_sigma);
+      const Normal normal = Linearise(estimate, per_sigma);
       const Vector8d change = -normal.information.ldlt().solve(normal.gradient);
       if (!change.allFinite()) break;
       const Sim3& local = estimate.local_from_world;
@@ -286,7 +286,7 @@ class RobustFit {
     found_.vertical_rms_m = std::sqrt(squares.z());
     const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
                                 options_, known_);
-    const Matrix8d information = refinement.Linearize(estimate, PerSigma()).information;
+    const Matrix8d information = refinement.Linearise(estimate, PerSigma()).information;
     const Eigen::LLT<Matrix8d> factor(information);
     found_.covariance = factor.info() == Eigen::Success
                             ? Matrix8d(factor.solve(Matrix8d::Identity()))

@@ -39,9 +39,9 @@ Eigen::Vector3d AntennaResidual(const PathEstimate& estimate, const PositionOnPa
                                 const Eigen::Vector3d& antenna_cam_m) {
   const SE3& camera = at.camera.world_from_cam;
   const Sim3& local = estimate.local_from_world;
-  const Eigen::Vector3d center =
+  const Eigen::Vector3d centre =
       local * (camera.translation() + estimate.clock_shift_s * at.velocity_world);
-  return center + local.rotation() * (camera.rotation() * antenna_cam_m) - at.position_m;
+  return centre + local.rotation() * (camera.rotation() * antenna_cam_m) - at.position_m;
 }
 
 std::vector<double> AntennaDistances(const PathEstimate& estimate, const PathPositions& positions,

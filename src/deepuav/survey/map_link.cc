@@ -8,7 +8,7 @@
 #include <functional>
 #include <limits>
 
-#include "deepuav/estimation/damped_gauss_newton.h"
+#include "deepuav/estimation/solvers/damped_gauss_newton.h"
 
 namespace deepuav {
 namespace {
@@ -185,7 +185,7 @@ class LinkSearch {
     for (const double times : kLimits) {
       const auto within = Within(link.main_from_side, times * max_error_px_);
       if (std::ssize(within) < kLeastSights) return link;
-      link.main_from_side = MinimizeDamped(
+      link.main_from_side = MinimiseDamped(
           link.main_from_side, kIterations,
           [&](const Sim3& at) { return Linearise(within, at, about); },
           [&](const Sim3& at, const Vector7d& step) { return Moved(at, step, about); });

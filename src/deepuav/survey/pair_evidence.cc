@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "deepuav/estimation/usac.h"
+#include "deepuav/estimation/two_views/usac.h"
 
 namespace deepuav {
 namespace {

@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "deepuav/base/parallel.h"
-#include "deepuav/estimation/absolute_pose.h"
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/poses/absolute_pose.h"
+#include "deepuav/estimation/two_views/two_view.h"
 #include "deepuav/geometry/triangulation.h"
 
 namespace deepuav {
@@ -177,7 +177,7 @@ bool SurveyGrowth::AddView(int view) {
   const auto pose = EstimateAbsolutePose(state_.lens.camera.pinhole, observations,
                                          static_cast<uint64_t>(view), robust);
   if (!pose) return false;
-  const MotionOnlyResult refined = OptimizePose(state_.lens.camera.pinhole, observations,
+  const MotionOnlyResult refined = OptimisePose(state_.lens.camera.pinhole, observations,
                                                 pose->cam_from_world, MotionOnlyOptions{});
   const auto matched = static_cast<double>(observations.size());
   if (refined.inlier_count < options_.min_pose_inliers ||

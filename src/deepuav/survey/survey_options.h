@@ -1,9 +1,9 @@
 #pragma once
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/bundle_adjustment.h"
-#include "deepuav/estimation/reweighed_adjustment.h"
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/reweighed_adjustment.h"
+#include "deepuav/estimation/two_views/two_view.h"
 #include "deepuav/survey/joining_options.h"
 #include "deepuav/survey/pair_evidence_options.h"
 

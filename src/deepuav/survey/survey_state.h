@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/estimation/bundle/bundle_camera.h"
 #include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/radial_polynomial.h"
 #include "deepuav/geometry/se3.h"

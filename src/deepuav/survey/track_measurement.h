@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "deepuav/estimation/model_noise.h"
+#include "deepuav/estimation/bundle/model_noise.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/patches/patch_alignment.h"
 #include "deepuav/patches/surface_normals.h"

@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <set>
 
-#include "deepuav/estimation/usac.h"
+#include "deepuav/estimation/two_views/usac.h"
 #include "deepuav/place/place_index.h"
 
 namespace deepuav {

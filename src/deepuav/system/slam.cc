@@ -6,7 +6,7 @@
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/system/run_finish.h"
+#include "deepuav/system/finish/run_finish.h"
 
 namespace deepuav {
 

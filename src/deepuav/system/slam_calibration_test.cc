@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "deepuav/estimation/bundle_camera.h"
+#include "deepuav/estimation/bundle/bundle_camera.h"
 #include "deepuav/system/testing/slam_runs.h"
 
 namespace deepuav {

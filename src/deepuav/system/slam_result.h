@@ -9,10 +9,10 @@
 #include "deepuav/features/image_region.h"
 #include "deepuav/mapping/lens_search.h"
 #include "deepuav/mapping/readout_search.h"
-#include "deepuav/system/frame_record.h"
-#include "deepuav/system/georeferencing.h"
-#include "deepuav/system/inertial_gauge.h"
-#include "deepuav/system/pose_covariances.h"
+#include "deepuav/system/finish/pose_covariances.h"
+#include "deepuav/system/frames/frame_record.h"
+#include "deepuav/system/sensors/georeferencing.h"
+#include "deepuav/system/sensors/inertial_gauge.h"
 
 namespace deepuav {
 

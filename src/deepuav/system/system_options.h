@@ -6,11 +6,11 @@
 #include "deepuav/looping/loop_closer.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/survey/survey_options.h"
-#include "deepuav/system/bent_start.h"
-#include "deepuav/system/gap_options.h"
-#include "deepuav/system/georeferencing.h"
-#include "deepuav/system/path_smoothing.h"
-#include "deepuav/system/readout_path.h"
+#include "deepuav/system/finish/bent_start.h"
+#include "deepuav/system/finish/gap_options.h"
+#include "deepuav/system/finish/path_smoothing.h"
+#include "deepuav/system/sensors/georeferencing.h"
+#include "deepuav/system/shutter/readout_path.h"
 #include "deepuav/tracking/tracker.h"
 
 namespace deepuav {

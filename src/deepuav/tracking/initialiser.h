@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
-#include "deepuav/estimation/absolute_pose.h"
-#include "deepuav/estimation/three_view.h"
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/poses/absolute_pose.h"
+#include "deepuav/estimation/two_views/three_view.h"
+#include "deepuav/estimation/two_views/two_view.h"
 #include "deepuav/map/requests.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/patches/patch_alignment.h"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/two_views/two_view.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/matching/matcher.h"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "deepuav/estimation/motion_only.h"
+#include "deepuav/estimation/poses/motion_only.h"
 
 namespace deepuav {
 namespace {
@@ -25,7 +25,7 @@ std::optional<SE3> ThirdView(const Pinhole& pinhole, const TwoViewSolution& solu
   }
   const auto robust = EstimateAbsolutePose(pinhole, observations, seed, pose_options);
   if (!robust) return std::nullopt;
-  return OptimizePose(pinhole, observations, robust->cam_from_world, MotionOnlyOptions{})
+  return OptimisePose(pinhole, observations, robust->cam_from_world, MotionOnlyOptions{})
       .cam_from_world;
 }
 

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "deepuav/estimation/absolute_pose.h"
-#include "deepuav/estimation/three_view.h"
-#include "deepuav/estimation/two_view.h"
+#include "deepuav/estimation/poses/absolute_pose.h"
+#include "deepuav/estimation/two_views/three_view.h"
+#include "deepuav/estimation/two_views/two_view.h"
 
 namespace deepuav {
 

@@ -2,7 +2,7 @@
 
 #include "deepuav/map/gauge.h"
 #include "deepuav/map/map.h"
-#include "deepuav/system/run_observer.h"
+#include "deepuav/system/watching/run_observer.h"
 #include "deepuav/viewer/view_state.h"
 
 namespace deepuav {

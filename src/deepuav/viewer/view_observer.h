@@ -6,7 +6,7 @@
 #include <mutex>
 
 #include "deepuav/geometry/camera.h"
-#include "deepuav/system/run_observer.h"
+#include "deepuav/system/watching/run_observer.h"
 #include "deepuav/viewer/map_view.h"
 #include "deepuav/viewer/view_model.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "deepuav/estimation/bundle_adjustment.h"
+#include "deepuav/estimation/bundle/bundle_adjustment.h"
 #include "support/estimation_problems.h"
 
 namespace deepuav {
@@ -24,7 +24,7 @@ inline void Disturb(double camera_translation, double camera_rotation, double la
   for (auto& point : problem->landmarks_world) point += landmark * RandomDirection(random);
 }
 
-inline double WorstCenterError(const BundleProblem& problem, const SyntheticWorld& world) {
+inline double WorstCentreError(const BundleProblem& problem, const SyntheticWorld& world) {
   double worst = 0;
   for (size_t i = 0; i < world.cam_from_world.size(); ++i) {
     worst = std::max(worst, (problem.cam_from_world[i].InverseTranslation() -

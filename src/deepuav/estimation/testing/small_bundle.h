@@ -1,6 +1,6 @@
 #pragma once
 
-#include "deepuav/estimation/bundle_linearization.h"
+#include "deepuav/estimation/bundle/bundle_linearisation.h"
 #include "support/estimation_problems.h"
 
 namespace deepuav {

@@ -125,7 +125,7 @@ DeepUav.Scene = class {
   // Looks at the box from an azimuth and elevation (degrees).
   fit(box = this.box, azimuth = 40, elevation = 32) {
     this.box = box;
-    const center = box.getCenter(new THREE.Vector3());
+    const centre = box.getCenter(new THREE.Vector3());
     const radius = Math.max(box.getSize(new THREE.Vector3()).length() / 2, 1e-6);
     const [right, ahead] = this.levelAxes();
     const radians = Math.PI / 180;
@@ -133,11 +133,11 @@ DeepUav.Scene = class {
     const direction = level.multiplyScalar(Math.cos(elevation * radians)).add(this.up.clone().multiplyScalar(Math.sin(elevation * radians)));
     const narrowest = Math.min(1, this.camera.aspect);
     const distance = (0.8 * radius) / Math.sin((this.camera.fov * radians) / 2) / narrowest;
-    this.camera.position.copy(center).add(direction.multiplyScalar(distance));
+    this.camera.position.copy(centre).add(direction.multiplyScalar(distance));
     this.camera.near = distance / 200;
     this.camera.far = 60 * distance;
     this.camera.updateProjectionMatrix();
-    this.controls.target.copy(center);
+    this.controls.target.copy(centre);
     this.controls.update();
     this.marker.scale.setScalar(0.016 * radius);
     this.draw();

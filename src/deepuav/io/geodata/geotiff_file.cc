@@ -22,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // GDAL counts bands from 1; a raster in memory is blue, green, red, alpha.
-constexpr std::array<int, 4> kBandsOfColors = {3, 2, 1, 4};
-constexpr int kOneBand = 1, kColorBands = 4;
+constexpr std::array<int, 4> kBandsOfColours = {3, 2, 1, 4};
+constexpr int kOneBand = 1, kColourBands = 4;
 constexpr int kSmallestOverview = 256;
 
 /// What GDAL says of a failure is kept for the Error's text instead of being printed.
@@ -58,13 +58,13 @@ fs::path TemporaryBeside(const fs::path& file) {
 
 CPLErr Transfer(GDALDatasetH dataset, GDALRWFlag direction, const cv::Rect& window,
                 cv::Mat* values) {
-  const bool is_color = values->channels() == kColorBands;
-  std::array<int, kColorBands> bands = kBandsOfColors;
-  if (!is_color) bands[0] = kOneBand;
+  const bool is_colour = values->channels() == kColourBands;
+  std::array<int, kColourBands> bands = kBandsOfColours;
+  if (!is_colour) bands[0] = kOneBand;
   return GDALDatasetRasterIOEx(
       dataset, direction, window.x, window.y, window.width, window.height, values->data,
-      values->cols, values->rows, is_color ? GDT_Byte : GDT_Float32,
-      is_color ? kColorBands : kOneBand, bands.data(), static_cast<GSpacing>(values->elemSize()),
+      values->cols, values->rows, is_colour ? GDT_Byte : GDT_Float32,
+      is_colour ? kColourBands : kOneBand, bands.data(), static_cast<GSpacing>(values->elemSize()),
       static_cast<GSpacing>(values->step[0]), static_cast<GSpacing>(values->elemSize1()), nullptr);
 }
 
@@ -108,23 +108,23 @@ void GeoTiffWriter::Fail(const std::string& what) const {
 }
 
 void GeoTiffWriter::Create(const GeoRaster& raster) {
-  const bool is_color = pixels_ == GeoTiffPixels::kColor;
+  const bool is_colour = pixels_ == GeoTiffPixels::kColour;
   CPLStringList options;
   for (const char* option : {"TILED=YES", "COMPRESS=DEFLATE", "BIGTIFF=IF_SAFER"})
     options.AddString(option);
   // Differences of neighbours; of floats byte by byte.
-  options.AddString(is_color ? "PREDICTOR=2" : "PREDICTOR=3");
-  if (is_color) {
+  options.AddString(is_colour ? "PREDICTOR=2" : "PREDICTOR=3");
+  if (is_colour) {
     options.AddString("PHOTOMETRIC=RGB");
     options.AddString("ALPHA=YES");
   }
   GDALDriverH driver = GeoTiffDriver();
   if (!driver) Fail("GDAL has no GeoTIFF");
   dataset_ = GDALCreate(driver, temporary_.c_str(), raster.columns, raster.rows,
-                        is_color ? kColorBands : kOneBand, is_color ? GDT_Byte : GDT_Float32,
+                        is_colour ? kColourBands : kOneBand, is_colour ? GDT_Byte : GDT_Float32,
                         options.List());
   if (!dataset_) Fail("cannot be created");
-  if (!is_color) GDALSetRasterNoDataValue(GDALGetRasterBand(dataset_, kOneBand), kNoHeight);
+  if (!is_colour) GDALSetRasterNoDataValue(GDALGetRasterBand(dataset_, kOneBand), kNoHeight);
 }
 
 void GeoTiffWriter::Place(const GeoRaster& raster) {
@@ -193,11 +193,11 @@ GeoTiff ReadGeoTiff(const fs::path& file) {
     if (const char* code = OSRGetAuthorityCode(system, nullptr)) tiff.raster.epsg = std::stoi(code);
   }
   const int bands = GDALGetRasterCount(dataset);
-  const bool is_known = bands == kColorBands || bands == kOneBand;
+  const bool is_known = bands == kColourBands || bands == kOneBand;
   CPLErr failed = CE_None;
   if (is_known) {
     tiff.values.create(tiff.raster.rows, tiff.raster.columns,
-                       bands == kColorBands ? CV_8UC4 : CV_32FC1);
+                       bands == kColourBands ? CV_8UC4 : CV_32FC1);
     failed = Transfer(dataset, GF_Read, {{}, tiff.values.size()}, &tiff.values);
   }
   GDALClose(dataset);

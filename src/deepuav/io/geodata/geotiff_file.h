@@ -16,7 +16,7 @@ struct GeoRaster {
 };
 
 enum class GeoTiffPixels {
-  kColor,   ///< cv::Vec4b: blue, green, red and alpha.
+  kColour,  ///< cv::Vec4b: blue, green, red and alpha.
   kHeight,  ///< float; NaN where nothing is known, written as kNoHeight, the file's nodata.
 };
 

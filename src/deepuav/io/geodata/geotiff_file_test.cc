@@ -32,14 +32,14 @@ class GeoTiffTest : public testing::Test {
       .columns = 700, .rows = 600, .west = 464000.5, .north = 5.25e6, .cell = 0.25, .epsg = 32632};
 };
 
-TEST_F(GeoTiffTest, ColorsComeBack) {
+TEST_F(GeoTiffTest, ColoursComeBack) {
   cv::Mat4b pixels(raster_.rows, raster_.columns);
   for (int y = 0; y < pixels.rows; ++y) {
     for (int x = 0; x < pixels.cols; ++x)
       pixels(y, x) = cv::Vec4b(static_cast<uchar>(x), static_cast<uchar>(y), 9, x > 50 ? 255 : 0);
   }
   const fs::path file = folder_ / "colors.tif";
-  GeoTiffWriter writer(file, raster_, GeoTiffPixels::kColor);
+  GeoTiffWriter writer(file, raster_, GeoTiffPixels::kColour);
   for (const cv::Rect& window : {cv::Rect(0, 0, 400, 600), cv::Rect(400, 0, 300, 600)})
     writer.Write(window, pixels(window));
   EXPECT_FALSE(fs::exists(file));
@@ -71,13 +71,13 @@ TEST_F(GeoTiffTest, HeightsComeBackWithoutASystem) {
 }
 
 TEST_F(GeoTiffTest, NothingStaysOfWhatIsNotCommitted) {
-  { const GeoTiffWriter writer(folder_ / "left.tif", raster_, GeoTiffPixels::kColor); }
+  { const GeoTiffWriter writer(folder_ / "left.tif", raster_, GeoTiffPixels::kColour); }
   EXPECT_EQ(FilesInFolder(), 0u);
 }
 
 TEST_F(GeoTiffTest, BadInput) {
   const auto write = [&](const fs::path& file, const GeoRaster& raster) {
-    const GeoTiffWriter writer(file, raster, GeoTiffPixels::kColor);
+    const GeoTiffWriter writer(file, raster, GeoTiffPixels::kColour);
   };
   EXPECT_THROW(write(folder_ / "absent/a.tif", raster_), Error);
   EXPECT_THROW(write(folder_, raster_), Error);

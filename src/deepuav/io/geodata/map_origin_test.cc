@@ -19,7 +19,7 @@ class TimedDataset : public Dataset {
   Timestamp Time(int frame) const override { return {times_.at(static_cast<size_t>(frame))}; }
   std::string Name(int frame) const override { return fmt::format("folder/rgb/{}.png", frame); }
   GreyImage Load(int /*frame*/) override { return {}; }
-  cv::Mat3b LoadColor(int /*frame*/, const cv::Size& /*size*/) override { return {}; }
+  cv::Mat3b LoadColour(int /*frame*/, const cv::Size& /*size*/) override { return {}; }
 
  private:
   const Camera camera_;

@@ -19,7 +19,7 @@ constexpr uint8_t kPointFormat = 2;
 constexpr size_t kNameBytes = 32;
 constexpr size_t kReturns = 5;
 constexpr uint8_t kOnlyReturn = 1 | 1 << 3;  // the first of one
-constexpr uint16_t kFullColor = 257;         // 255 * 257 = 65535
+constexpr uint16_t kFullColour = 257;        // 255 * 257 = 65535
 constexpr int kFinestScale = -6;
 
 /// How coordinates become integers: coordinate = offset + scale * integer.
@@ -40,7 +40,7 @@ struct Grid {
   }
 };
 
-void CheckFinite(const std::filesystem::path& file, std::span<const ColoredPoint> points) {
+void CheckFinite(const std::filesystem::path& file, std::span<const ColouredPoint> points) {
   for (size_t i = 0; i < points.size(); ++i) {
     if (!points[i].position.allFinite())
       throw Error("{}: point {} is not finite", file.string(), i);
@@ -48,10 +48,10 @@ void CheckFinite(const std::filesystem::path& file, std::span<const ColoredPoint
 }
 
 /// The finest whose integers hold all points.
-Grid GridOf(const std::filesystem::path& file, std::span<const ColoredPoint> points) {
+Grid GridOf(const std::filesystem::path& file, std::span<const ColouredPoint> points) {
   if (points.empty()) return {};
   Eigen::Vector3d low = points.front().position, high = low;
-  for (const ColoredPoint& point : points) {
+  for (const ColouredPoint& point : points) {
     low = low.cwiseMin(point.position);
     high = high.cwiseMax(point.position);
   }
@@ -69,7 +69,7 @@ struct Bounds {
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
 };
 
-Bounds BoundsOf(std::span<const ColoredPoint> points, const Grid& grid) {
+Bounds BoundsOf(std::span<const ColouredPoint> points, const Grid& grid) {
   Bounds bounds;
   for (size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d position = grid.Position(grid.Quantise(points[i].position));
@@ -137,7 +137,7 @@ void PutSystem(int epsg, ByteWriter* writer) {
   writer->PutAll(std::span<const uint16_t>(keys));
 }
 
-void PutPoint(const ColoredPoint& point, const Grid& grid, ByteWriter* writer) {
+void PutPoint(const ColouredPoint& point, const Grid& grid, ByteWriter* writer) {
   writer->PutAll(std::span<const int32_t>(grid.Quantise(point.position)));
   writer->Put<uint16_t>(0);  // intensity
   writer->Put<uint8_t>(kOnlyReturn);
@@ -146,12 +146,12 @@ void PutPoint(const ColoredPoint& point, const Grid& grid, ByteWriter* writer) {
   writer->Put<uint8_t>(0);   // user data
   writer->Put<uint16_t>(0);  // point source
   for (uint8_t channel : point.rgb)
-    writer->Put<uint16_t>(static_cast<uint16_t>(kFullColor * channel));
+    writer->Put<uint16_t>(static_cast<uint16_t>(kFullColour * channel));
 }
 
 }  // namespace
 
-void WriteLas(const std::filesystem::path& file, std::span<const ColoredPoint> points,
+void WriteLas(const std::filesystem::path& file, std::span<const ColouredPoint> points,
               std::optional<int> epsg) {
   if (points.size() > std::numeric_limits<uint32_t>::max())
     throw Error("{}: {} points: LAS 1.2 holds fewer than 2^32", file.string(), points.size());
@@ -163,7 +163,7 @@ void WriteLas(const std::filesystem::path& file, std::span<const ColoredPoint> p
             &bytes);
   if (epsg) PutSystem(*epsg, &bytes);
   output.Write(bytes.bytes());
-  for (const ColoredPoint& point : points) {
+  for (const ColouredPoint& point : points) {
     bytes.Clear();
     PutPoint(point, grid, &bytes);
     output.Write(bytes.bytes());

@@ -13,7 +13,7 @@ namespace deepuav {
 /// Coordinates are multiples of a power of ten: a millionth of the unit where the extent allows it.
 /// The same points give the same bytes: the day of creation is left out. Throws Error naming the
 /// file, also for a position that is not finite.
-void WriteLas(const std::filesystem::path& file, std::span<const ColoredPoint> points,
+void WriteLas(const std::filesystem::path& file, std::span<const ColouredPoint> points,
               std::optional<int> epsg = std::nullopt);
 
 }  // namespace deepuav

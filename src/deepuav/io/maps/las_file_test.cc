@@ -48,7 +48,7 @@ class LasBytes {
 
 class WriteLasTest : public ::testing::Test {
  protected:
-  LasBytes Written(const std::vector<ColoredPoint>& points) {
+  LasBytes Written(const std::vector<ColouredPoint>& points) {
     WriteLas(file_, points);
     return LasBytes(ReadAll(file_));
   }
@@ -58,7 +58,7 @@ class WriteLasTest : public ::testing::Test {
 };
 
 TEST_F(WriteLasTest, HoldsEveryPoint) {
-  const std::vector<ColoredPoint> points = {
+  const std::vector<ColouredPoint> points = {
       {{1.5, -2.25, 3}, {10, 20, 255}}, {{-7.1234567, 12, 0.1}, {}}, {{2, 3, 1000}, {1, 2, 3}}};
   const LasBytes las = Written(points);
   ASSERT_EQ(las.bytes().size(), kHeaderBytes + points.size() * kRecordBytes);
@@ -91,7 +91,7 @@ TEST_F(WriteLasTest, TheHeaderHoldsTheExtentAsWritten) {
 /// 32-bit integers cannot hold millionths of everything.
 TEST_F(WriteLasTest, TheScaleGrowsWithTheExtent) {
   for (const double extent : {1e3, 3e3, 1e5, 7e9, 1e30, 1e300}) {
-    const std::vector<ColoredPoint> points = {{{-extent, 0, 2}, {}}, {{extent, 1, 3}, {}}};
+    const std::vector<ColouredPoint> points = {{{-extent, 0, 2}, {}}, {{extent, 1, 3}, {}}};
     const LasBytes las = Written(points);
     const double scale = las.Scale().x();
     EXPECT_NEAR(std::log10(scale), std::round(std::log10(scale)), 1e-9);
@@ -117,12 +117,12 @@ TEST_F(WriteLasTest, OfNoPointsIsAHeader) {
 }
 
 TEST_F(WriteLasTest, TheSamePointsGiveTheSameBytes) {
-  const std::vector<ColoredPoint> points = {{{1, 2, 3}, {4, 5, 6}}};
+  const std::vector<ColouredPoint> points = {{{1, 2, 3}, {4, 5, 6}}};
   EXPECT_EQ(Written(points).bytes(), Written(points).bytes());
 }
 
 TEST_F(WriteLasTest, ASystemIsNamedByGeoTiffKeys) {
-  WriteLas(file_, std::vector<ColoredPoint>{{{500123.456, 5412345.678, 321.5}, {1, 2, 3}}}, 32632);
+  WriteLas(file_, std::vector<ColouredPoint>{{{500123.456, 5412345.678, 321.5}, {1, 2, 3}}}, 32632);
   const LasBytes las(ReadAll(file_));
   const auto points = las.At<uint32_t>(96);
   EXPECT_EQ(points, kHeaderBytes + 54 + 32);
@@ -139,12 +139,12 @@ TEST_F(WriteLasTest, ASystemIsNamedByGeoTiffKeys) {
 
 TEST_F(WriteLasTest, ErrorsNameTheFile) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<ColoredPoint> broken = {{{1, 2, 3}, {}}, {{0, kNaN, 0}, {}}};
+  const std::vector<ColouredPoint> broken = {{{1, 2, 3}, {}}, {{0, kNaN, 0}, {}}};
   EXPECT_THAT(ErrorOf([&] { WriteLas(file_, broken); }),
               testing::AllOf(HasSubstr("points.las"), HasSubstr("point 1 is not finite")));
   EXPECT_FALSE(std::filesystem::exists(file_));
   constexpr double kMost = std::numeric_limits<double>::max();
-  const std::vector<ColoredPoint> apart = {{{-kMost, 0, 0}, {}}, {{kMost, 0, 0}, {}}};
+  const std::vector<ColouredPoint> apart = {{{-kMost, 0, 0}, {}}, {{kMost, 0, 0}, {}}};
   EXPECT_THAT(ErrorOf([&] { WriteLas(file_, apart); }), HasSubstr("points.las"));
   EXPECT_THAT(ErrorOf([&] { WriteLas(folder_.path() / "none/points.las", {}); }),
               HasSubstr("none/points.las"));

@@ -21,20 +21,20 @@ Trajectory KeyframeTrajectory(const Map& map, KeyframeId first) {
   return trajectory;
 }
 
-std::vector<ColoredPoint> LandmarkPoints(const Map& map) {
+std::vector<ColouredPoint> LandmarkPoints(const Map& map) {
   constexpr uint8_t kGrey = 180;
-  std::vector<ColoredPoint> points;
+  std::vector<ColouredPoint> points;
   points.reserve(static_cast<size_t>(map.LandmarkCount()));
   map.landmarks().ForEach([&](const Landmark& landmark) {
-    points.push_back(ColoredPoint::Grey(landmark.position_world, kGrey));
+    points.push_back(ColouredPoint::Grey(landmark.position_world, kGrey));
   });
   return points;
 }
 
-std::vector<ColoredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
-                                              const UtmZone& zone) {
-  std::vector<ColoredPoint> points = LandmarkPoints(map);
-  for (ColoredPoint& point : points)
+std::vector<ColouredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
+                                               const UtmZone& zone) {
+  std::vector<ColouredPoint> points = LandmarkPoints(map);
+  for (ColouredPoint& point : points)
     point.position = UtmFromGeo(zone, GeoFromLocal(origin, point.position));
   return points;
 }

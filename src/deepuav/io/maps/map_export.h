@@ -13,10 +13,10 @@ namespace deepuav {
 Trajectory KeyframeTrajectory(const Map& map, KeyframeId first = {0});
 
 /// The landmarks by id, in the map's world. Grey: a map holds no colours.
-std::vector<ColoredPoint> LandmarkPoints(const Map& map);
+std::vector<ColouredPoint> LandmarkPoints(const Map& map);
 
 /// The same where the map is georeferenced: easting, northing and altitude in a zone.
-std::vector<ColoredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
-                                              const UtmZone& zone);
+std::vector<ColouredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
+                                               const UtmZone& zone);
 
 }  // namespace deepuav

@@ -104,7 +104,7 @@ TEST(MapExport, KeyframesOfMapsOfAnySizeComeByTime) {
 }
 
 TEST(MapExport, PointsAreTheLandmarks) {
-  const std::vector<ColoredPoint> points = LandmarkPoints(SmallMap());
+  const std::vector<ColouredPoint> points = LandmarkPoints(SmallMap());
   ASSERT_EQ(points.size(), 4u);
   EXPECT_EQ(points[1].position, Eigen::Vector3d(-1, 4, 3));
 }

@@ -23,7 +23,7 @@ std::string Header(size_t points) {
 
 }  // namespace
 
-void WritePly(const std::filesystem::path& file, std::span<const ColoredPoint> points) {
+void WritePly(const std::filesystem::path& file, std::span<const ColouredPoint> points) {
   static_assert(std::endian::native == std::endian::little,
                 "the bytes are written as they lie in memory");
   AtomicFile output(file);
@@ -39,7 +39,7 @@ void WritePly(const std::filesystem::path& file, std::span<const ColoredPoint> p
   output.Commit();
 }
 
-std::vector<ColoredPoint> ReadPly(const std::filesystem::path& file) {
+std::vector<ColouredPoint> ReadPly(const std::filesystem::path& file) {
   const std::string bytes = ReadBytes(file, kMaxPlyBytes);
   constexpr std::string_view kEnd = "end_header\n";
   const size_t end = bytes.find(kEnd);
@@ -51,7 +51,7 @@ std::vector<ColoredPoint> ReadPly(const std::filesystem::path& file) {
         "red green blue as uchar, and as many points as it says",
         file.string());
   }
-  std::vector<ColoredPoint> points(count);
+  std::vector<ColouredPoint> points(count);
   for (size_t i = 0; i < count; ++i) {
     const char* record = bytes.data() + start + i * kRecordBytes;
     Eigen::Vector3f position;

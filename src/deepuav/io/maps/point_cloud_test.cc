@@ -11,8 +11,8 @@ namespace {
 
 TEST(WritePly, HoldsEveryPoint) {
   const TemporaryFolder folder;
-  const std::vector<ColoredPoint> points = {{{1.5, -2.25, 3}, {10, 20, 30}},
-                                            ColoredPoint::Grey({4, 5, 6}, 200)};
+  const std::vector<ColouredPoint> points = {{{1.5, -2.25, 3}, {10, 20, 30}},
+                                             ColouredPoint::Grey({4, 5, 6}, 200)};
   WritePly(folder.path() / "points.ply", points);
   const std::string bytes = ReadAll(folder.path() / "points.ply");
   const std::string end = "end_header\n";
@@ -38,7 +38,7 @@ TEST(WritePly, OfNoPointsIsAHeader) {
 TEST(WritePly, ErrorsNameTheFile) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "points.ply";
-  const std::vector<ColoredPoint> broken = {{{0, std::numeric_limits<double>::infinity(), 0}, {}}};
+  const std::vector<ColouredPoint> broken = {{{0, std::numeric_limits<double>::infinity(), 0}, {}}};
   EXPECT_EQ(ErrorOf([&] { WritePly(file, broken); }), file.string() + ": point 0 is not finite");
   EXPECT_FALSE(std::filesystem::exists(file));
   EXPECT_EQ(ErrorOf([] { WritePly("/nowhere/p.ply", {}); }),
@@ -48,10 +48,10 @@ TEST(WritePly, ErrorsNameTheFile) {
 TEST(ReadPly, GivesBackWhatWasWritten) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "points.ply";
-  const std::vector<ColoredPoint> points = {{{1.5, -2.25, 3}, {10, 20, 30}},
-                                            ColoredPoint::Grey({4, 5, 6}, 200)};
+  const std::vector<ColouredPoint> points = {{{1.5, -2.25, 3}, {10, 20, 30}},
+                                             ColouredPoint::Grey({4, 5, 6}, 200)};
   WritePly(file, points);
-  const std::vector<ColoredPoint> read = ReadPly(file);
+  const std::vector<ColouredPoint> read = ReadPly(file);
   ASSERT_EQ(read.size(), 2u);
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(read[i].position, points[i].position);
@@ -64,7 +64,7 @@ TEST(ReadPly, GivesBackWhatWasWritten) {
 TEST(ReadPly, OtherFilesAreErrorsThatNameThem) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "points.ply";
-  WritePly(file, std::vector<ColoredPoint>{ColoredPoint::Grey({4, 5, 6}, 200)});
+  WritePly(file, std::vector<ColouredPoint>{ColouredPoint::Grey({4, 5, 6}, 200)});
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);
   EXPECT_TRUE(ErrorOf([&] { ReadPly(file); }).starts_with(file.string() + ": "));
   std::ofstream(file) << "ply\nformat ascii 1.0\nend_header\n";

@@ -25,7 +25,7 @@ class SyntheticGround {
 
   double top = 3;  ///< No height is above.
 
-  static cv::Vec3b ColorAt(double x, double y) {
+  static cv::Vec3b ColourAt(double x, double y) {
     const double wide = std::sin(x / 3.1) * std::sin(y / 2.7);
     const double fine = std::sin(x * 1.9 + std::sin(y * 1.3)) * std::cos(y * 2.3 + x / 2);
     const auto level = [](double value) { return cv::saturate_cast<uchar>(value); };
@@ -101,7 +101,7 @@ class SyntheticGround {
           const auto px = camera.Undistort(Eigen::Vector2d(x, y));
           const Eigen::Vector3d ray = world_from_cam.rotation() * camera.pinhole.Unproject(*px);
           const Eigen::Vector2d place = Meet(world_from_cam.translation(), ray);
-          image(y, x) = ColorAt(place.x(), place.y());
+          image(y, x) = ColourAt(place.x(), place.y());
         }
       }
     });

@@ -62,7 +62,7 @@ class Outliner {
   Outliner(const CourseOptions& course, const World& world)
       : course_(course),
         world_(world),
-        center_(course.center_x_m, course.center_y_m),
+        centre_(course.center_x_m, course.center_y_m),
         heading_(course.heading_deg * kRadiansPerDegree) {}
 
   std::vector<OutlineLeg> Outline() const {
@@ -78,11 +78,11 @@ class Outliner {
  private:
   // From coordinates about the middle, x along the heading.
   Eigen::Vector2d Place(double x, double y) const {
-    return center_ + Eigen::Rotation2Dd(heading_) * Eigen::Vector2d(x, y);
+    return centre_ + Eigen::Rotation2Dd(heading_) * Eigen::Vector2d(x, y);
   }
 
   std::vector<Eigen::Vector3d> Level(const Points2& places) const {
-    const double z = world_.GroundHeight(center_.x(), center_.y()) + course_.height_m;
+    const double z = world_.GroundHeight(centre_.x(), centre_.y()) + course_.height_m;
     std::vector<Eigen::Vector3d> points;
     for (const Eigen::Vector2d& place : places) points.emplace_back(place.x(), place.y(), z);
     return points;
@@ -158,7 +158,7 @@ class Outliner {
 
   std::vector<Eigen::Vector3d> Climb() const {
     std::vector<Eigen::Vector3d> points;
-    const double ground = world_.GroundHeight(center_.x(), center_.y());
+    const double ground = world_.GroundHeight(centre_.x(), centre_.y());
     const int steps = static_cast<int>(std::ceil(course_.laps * kPointsPerTurn));
     for (int i = 0; i <= 2 * steps; ++i) {
       const double share = static_cast<double>(i) / steps;  // 1 at the top, 2 below again
@@ -201,7 +201,7 @@ class Outliner {
             "[turn_deg]]'",
             numbers.size());
       }
-      const Eigen::Vector2d place = center_ + Eigen::Vector2d(numbers[0], numbers[1]);
+      const Eigen::Vector2d place = centre_ + Eigen::Vector2d(numbers[0], numbers[1]);
       const Eigen::Vector3d point(place.x(), place.y(),
                                   world_.GroundHeight(place.x(), place.y()) + numbers[2]);
       legs.back().points.push_back(point);
@@ -217,7 +217,7 @@ class Outliner {
 
   const CourseOptions& course_;
   const World& world_;
-  const Eigen::Vector2d center_;
+  const Eigen::Vector2d centre_;
   const double heading_;
 };
 

@@ -37,12 +37,12 @@ double HeadingOf(const FlatOutput& motion) { return std::atan2(motion.y(), motio
 // Yaw at each of the points, which have none yet, without jumps.
 void SetYaw(const CourseOptions& course, std::vector<FlatOutput>* points) {
   const std::string yaw = YawOf(course);
-  const FlatOutput center(course.center_x_m, course.center_y_m, 0, 0);
+  const FlatOutput centre(course.center_x_m, course.center_y_m, 0, 0);
   double last = course.heading_deg * kRadiansPerDegree;
   for (size_t i = 0; i < points->size(); ++i) {
     FlatOutput& point = (*points)[i];
     double heading = course.heading_deg * kRadiansPerDegree;
-    if (yaw == "center") heading = HeadingOf(center - point);
+    if (yaw == "center") heading = HeadingOf(centre - point);
     if (yaw == "course") {
       const size_t to = std::min(i + 1, points->size() - 1), from = to == 0 ? 0 : to - 1;
       heading = HeadingOf((*points)[to] - (*points)[from]);

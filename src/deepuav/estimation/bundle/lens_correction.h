@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+
+#include "deepuav/estimation/bundle/bundle_camera.h"
+#include "deepuav/geometry/camera.h"
+
+namespace deepuav {
+
+/// A calibration that does not quite fit leaves its undistorted pixels distorted: they are an image
+/// that another camera took (Cvisic et al. 2021 found this of the rectified images of KITTI). What
+/// it takes to correct calibration and pixels.
+class LensCorrection {
+ public:
+  /// `taken_by`: the camera whose image the undistorted pixels of `calibrated` are. Nothing where
+  /// no camera of Brown's model sees the same rays but for `max_error_px`, root mean square over
+  /// the image; so for all that are equidistant.
+  static std::optional<LensCorrection> Of(const Camera& calibrated, const BundleCamera& taken_by,
+                                          double max_error_px);
+
+  /// In place of the calibration.
+  const Camera& camera() const { return camera_; }
+  /// Where its undistorted camera sees what that of the calibration sees at `px`.
+  Eigen::Vector2d Correct(const Eigen::Vector2d& px) const;
+  /// By how much rays move in the image: root mean square over it, px.
+  double MeanShiftPx() const { return mean_shift_px_; }
+
+ private:
+  Camera camera_;
+  Camera residual_;  ///< Whose image the calibration's undistorted pixels are.
+  double mean_shift_px_ = 0;
+};
+
+}  // namespace deepuav

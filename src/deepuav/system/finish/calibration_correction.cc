@@ -1,0 +1,42 @@
+#include "deepuav/system/finish/calibration_correction.h"
+
+#include "deepuav/base/logging.h"
+#include "deepuav/estimation/bundle/lens_correction.h"
+
+namespace deepuav {
+namespace {
+
+void Apply(const LensCorrection& correction, Mapper* mapper, std::vector<FrameRecord>* records) {
+  const PixelMove move = [&correction](const Eigen::Vector2f& px) -> Eigen::Vector2f {
+    return correction.Correct(px.cast<double>()).cast<float>();
+  };
+  mapper->ChangeCamera(correction.camera(), move);
+  for (FrameRecord& record : *records) MovePixels(move, &record);
+}
+
+}  // namespace
+
+std::optional<CalibrationSigmas> CorrectCalibration(MapId map, const LensSearchOptions& options,
+                                                    Mapper* mapper, Camera* camera,
+                                                    std::vector<FrameRecord>* records,
+                                                    const std::function<bool()>& stop) {
+  std::optional<CalibrationSigmas> sigmas;
+  // What contradicts a wrong lens most was taken for outliers while it was made: each round finds
+  // less of it.
+  for (int round = 0; round < options.max_rounds && !stop(); ++round) {
+    const double min_cost_share = round == 0 ? options.min_cost_share : options.min_later_share;
+    const std::optional<FoundLens> found = mapper->SearchLens(map, min_cost_share, stop);
+    if (!found) break;
+    const auto correction = LensCorrection::Of(*camera, found->camera, options.max_error_px);
+    if (!correction) break;
+    Log().info("the calibration's distortion is corrected by {:.2f} px, in the mean of the image",
+               correction->MeanShiftPx());
+    Apply(*correction, mapper, records);
+    *camera = correction->camera();
+    sigmas = found->sigmas;
+    mapper->AdjustGlobally(map, &camera->pinhole, false, stop);
+  }
+  return sigmas;
+}
+
+}  // namespace deepuav

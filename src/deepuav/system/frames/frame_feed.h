@@ -1,0 +1,92 @@
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "deepuav/base/queue.h"
+#include "deepuav/features/extractor.h"
+#include "deepuav/inertial/camera_turns.h"
+#include "deepuav/map/frame.h"
+#include "deepuav/system/frames/image_source.h"
+#include "deepuav/system/watching/stage_clock.h"
+
+namespace deepuav {
+
+/// Frames with their features, one after the other.
+class FrameFeed {
+ public:
+  virtual ~FrameFeed() = default;
+  /// Nothing at the end. Throws what reading or extraction threw.
+  virtual std::optional<Frame> Next() = 0;
+};
+
+/// Reads and extracts when asked.
+class SequentialFeed : public FrameFeed {
+ public:
+  /// All arguments must outlive it. `turns`: of the camera; null: not known.
+  SequentialFeed(ImageSource* images, Extractor* extractor, StageClock* clock,
+                 const CameraTurns* turns = nullptr);
+  std::optional<Frame> Next() override;
+
+ private:
+  /// `turn`: as the image's source knows it.
+  void CorrectForTurn(std::optional<ReadoutMotion> turn, Frame* frame) const;
+  /// By which the camera has turned since the image before.
+  std::optional<Eigen::Quaterniond> TurnTo(const TimedImage& image);
+
+  ImageSource* images_;
+  Extractor* extractor_;
+  StageClock* clock_;
+  const CameraTurns* turns_;
+  std::optional<Timestamp> last_time_;
+};
+
+/// Reads and extracts ahead on a thread of its own.
+class PrefetchingFeed : public FrameFeed {
+ public:
+  /// The arguments must outlive it. `frames_ahead`: how many frames may wait.
+  PrefetchingFeed(FrameFeed* feed, int frames_ahead);
+  ~PrefetchingFeed() override;
+  std::optional<Frame> Next() override;
+
+ private:
+  void Work();
+
+  FrameFeed* feed_;
+  BoundedQueue<Frame> queue_;
+  std::exception_ptr failure_;  ///< Written before the queue is closed, read after.
+  std::thread thread_;
+};
+
+/// Gives the images of `images` at the pace of their time stamps; leaves out, unread, those that a
+/// newer one has overtaken by the time it is asked. While it leaves out or waits for an image's
+/// time it asks `stop`, if given, in whatever thread it was called, and ends when that says true.
+class LiveImages : public ImageSource {
+ public:
+  explicit LiveImages(ImageSource* images, std::function<bool()> stop = nullptr)
+      : images_(images), stop_(std::move(stop)) {}
+  std::optional<TimedImage> Next() override;
+  std::optional<Timestamp> UpcomingTime(int ahead) const override {
+    return images_->UpcomingTime(ahead);
+  }
+  void Skip() override { images_->Skip(); }
+  int skipped() const { return skipped_; }
+
+ private:
+  double SecondsUntil(Timestamp time) const;
+  /// Leaves out what was overtaken; false where it was stopped.
+  bool CatchUp();
+  /// False where it was stopped.
+  bool WaitFor(Timestamp time) const;
+
+  ImageSource* images_;
+  const std::function<bool()> stop_;
+  std::optional<Timestamp> first_time_;
+  Stopwatch since_first_;
+  int skipped_ = 0;
+};
+
+}  // namespace deepuav

@@ -1,0 +1,71 @@
+#include "deepuav/system/frames/record_limits.h"
+
+#include <utility>
+
+namespace deepuav {
+
+void RecordKeeper::Limit(std::vector<FrameRecord>* records) {
+  CountInMap(records->back());
+  LimitFeatures(records);
+  ThinOld(records);
+  ForgetOldest(records);
+}
+
+void RecordKeeper::End(std::vector<FrameRecord>* records) const {
+  // The last frame has no next one to wait for.
+  if (records->empty() || last_is_young_) return;
+  if (!SeesLittle(*records, records->size() - 1, limits_.min_neighbour_share))
+    records->back().features.reset();
+}
+
+void RecordKeeper::CountInMap(const FrameRecord& last) {
+  if (last.located() && last.map != newest_map_) {
+    newest_map_ = last.map;
+    in_newest_map_ = 0;
+  }
+  if (last.located()) ++in_newest_map_;
+  before_is_young_ =
+      std::exchange(last_is_young_, last.located() && in_newest_map_ <= limits_.young_map_frames);
+}
+
+void RecordKeeper::LimitFeatures(std::vector<FrameRecord>* records) {
+  const size_t last = records->size() - 1;
+  // Only now both neighbours of the frame before are known.
+  if (!before_is_young_ && !with_features_.empty() && with_features_.back() + 1 == last &&
+      !SeesLittle(*records, last - 1, limits_.min_neighbour_share)) {
+    (*records)[last - 1].features.reset();
+    with_features_.pop_back();
+  }
+  with_features_.push_back(last);
+  if (static_cast<int>(with_features_.size()) <= limits_.max_unlocated_frames) return;
+  (*records)[with_features_.front()].features.reset();
+  with_features_.pop_front();
+}
+
+void RecordKeeper::ThinOld(std::vector<FrameRecord>* records) const {
+  const auto newer = static_cast<size_t>(limits_.full_record_frames);
+  if (records->size() > newer)
+    Thin(limits_.old_record_landmarks, &(*records)[records->size() - 1 - newer]);
+}
+
+/// Of the older half every second.
+void RecordKeeper::ForgetOldest(std::vector<FrameRecord>* records) {
+  if (limits_.max_records <= 0 || records->size() <= static_cast<size_t>(limits_.max_records))
+    return;
+  const size_t older = records->size() / 2;
+  // Without their neighbours they are not located any more.
+  for (; !with_features_.empty() && with_features_.front() < older; with_features_.pop_front())
+    (*records)[with_features_.front()].features.reset();
+  size_t kept = 0;
+  for (size_t i = 0; i < older; i += 2) {
+    if (kept != i) (*records)[kept] = std::move((*records)[i]);
+    ++kept;
+  }
+  const size_t removed = older - kept;
+  records->erase(records->begin() + static_cast<std::ptrdiff_t>(kept),
+                 records->begin() + static_cast<std::ptrdiff_t>(older));
+  for (size_t& index : with_features_) index -= removed;
+  forgotten_ += static_cast<int64_t>(removed);
+}
+
+}  // namespace deepuav
