@@ -67,6 +67,28 @@ class RollingShutter(unittest.TestCase):
         self.assertTrue(self.summary(stopped)["stopped_early"])
         self.assertEqual((once / "trajectory.txt").read_bytes(), (stopped / "trajectory.txt").read_bytes())
 
+    def test_images_tell_turns_that_their_path_does_not(self):
+        """A camera that shakes faster than its images come, with a readout that is told."""
+        flight = self.folder / "flight"
+        subprocess.run(command("simulate", "--flight", "jitter", "--seed", 5, "--out", flight, "--frames", 60,
+                               "--set", "camera.rate_hz=10"), capture_output=True, timeout=TIMEOUT_S, check=True)
+        error_m, said = {}, {}
+        for rounds in (0, 3):
+            out = self.folder / f"turns_{rounds}"
+            result = subprocess.run(command("run", flight, "--use", "camera", "--out", out, "--set",
+                                            f"image_turns.rounds={rounds}"), capture_output=True, text=True,
+                                    timeout=TIMEOUT_S, check=True)
+            said[rounds] = result.stderr
+            self.assertEqual(self.summary(out)["frames"]["located"], 60)
+            result = subprocess.run(command("eval", flight, out / "trajectory.txt", "--align", "sim3", "--json",
+                                            out / "eval.json"), capture_output=True, timeout=TIMEOUT_S, check=True)
+            error_m[rounds] = json.loads((out / "eval.json").read_text())["ate_m"]["rmse"]
+        self.assertIn("shakes faster than its images come", said[0])
+        self.assertNotIn("once more", said[0])
+        self.assertNotIn("shakes faster", said[3])
+        self.assertIn("once more from the first image on", said[3])
+        self.assertLess(error_m[3], 0.2 * error_m[0])
+
 
 if __name__ == "__main__":
     main(__doc__)

@@ -29,6 +29,11 @@ std::optional<TimedImage> DatasetImages::Next() {
       TimedImage image{FrameId{(frame - start_) / stride_}, dataset_->Time(frame),
                        dataset_->Load(frame)};
       image.decode_s = decoding.Seconds();
+      const auto turn = turns_.find(image.time);
+      if (turn != turns_.end()) {
+        image.turn_in_readout = turn->second;
+        image.turn_sigma_rad = turn_sigma_rad_;
+      }
       return image;
     } catch (const Error& error) {
       ++unreadable_;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <utility>
 
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/system/frames/image_source.h"
@@ -25,6 +27,11 @@ class DatasetImages : public ImageSource {
   void Skip() override { next_ += stride_; }
   /// Back to the first frame.
   void Rewind();
+  /// How the camera turned while it read some of the images, as well as that is known.
+  void KnowTurns(std::map<Timestamp, ReadoutMotion> turns, double sigma_rad) {
+    turns_ = std::move(turns);
+    turn_sigma_rad_ = sigma_rad;
+  }
   int count() const { return 1 + (end_ - start_ - 1) / stride_; }
   int unreadable() const { return unreadable_; }
 
@@ -33,6 +40,8 @@ class DatasetImages : public ImageSource {
   int start_, end_, stride_;
   int64_t next_;  ///< May go beyond the last frame by a stride.
   int unreadable_ = 0;
+  std::map<Timestamp, ReadoutMotion> turns_;
+  double turn_sigma_rad_ = 0;
 };
 
 }  // namespace deepuav

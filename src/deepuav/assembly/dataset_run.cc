@@ -180,6 +180,7 @@ bool DatasetRun::WasSpoilt(const SlamResult& result) const {
   const auto& readout = result.readout;
   if (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share)
     return true;
+  if (result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share) return true;
   return !result.image_fixed.empty() &&
          result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
 }
@@ -187,6 +188,7 @@ bool DatasetRun::WasSpoilt(const SlamResult& result) const {
 DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
+  images_.KnowTurns(spoilt.result.image_turns, options_.system.image_turns.sigma_rad);
   if (hooks.observer) hooks.observer->OnRestart();
   if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;

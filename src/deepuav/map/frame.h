@@ -22,7 +22,8 @@ struct Frame {
   /// While the image was read. The key points' `px` are of the middle row as far as turning goes;
   /// travel, in units of the map when the frame came into it, moves them by their depth.
   ReadoutMotion motion = {};
-  bool turn_is_measured = false;  ///< By a gyroscope; else it follows from the path, if at all.
+  bool turn_is_measured = false;  ///< Itself; else it follows from the path, if at all.
+  double turn_sigma_rad = 0;      ///< Of a measured turn: of a gyroscope's none that shows.
   /// How the camera turned since the frame before: now_from_before, by a gyroscope with its bias.
   std::optional<Eigen::Quaterniond> turn_since_before = {};
 };

@@ -33,7 +33,10 @@ struct SlamResult {
   MapCovariances covariances;                         ///< Of the keyframes, in the end.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
   std::optional<FoundReadout> readout;                ///< Where nobody told it and the images do.
-  int doubtful_photographs = 0;                       ///< Of a survey: SurveyOutcome::doubtful.
+  /// How the camera turned while its rolling shutter read each image, where only the images tell.
+  std::map<Timestamp, ReadoutMotion> image_turns;
+  double image_turns_saved_share = 0;  ///< ImageTurns::saved_share, before these were known.
+  int doubtful_photographs = 0;        ///< Of a survey: SurveyOutcome::doubtful.
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.

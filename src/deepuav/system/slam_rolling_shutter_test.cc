@@ -76,10 +76,42 @@ TEST(SlamRollingShutter, FollowsTheWholePathAtTheEnd) {
 TEST(SlamRollingShutter, StaysAsItCameWhereThePathDoesNotTell) {
   const SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 2);
   SystemOptions options;
+  options.image_turns.rounds = 0;
   options.readout.max_missed = options.readout.harmless_rad = 0;
   const Outcome refused = Fly(flight, Schedule::kSequential, options);
   options.readout.rounds = 0;
   EXPECT_EQ(Bytes(refused.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+}
+
+TEST(SlamRollingShutter, AsksTheImagesWhereThePathDoesNotTell) {
+  constexpr double kShakingHz = 8.3;
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 100, kShakingHz);
+  SystemOptions options;
+  options.image_turns.min_keyframes = 3;
+  const Outcome asked = Fly(flight, Schedule::kSequential, options);
+  EXPECT_EQ(asked.result.failure, "");
+  EXPECT_EQ(Located(asked.result), 100);
+  ASSERT_EQ(asked.result.image_turns.size(), 100U);
+  EXPECT_GT(asked.result.image_turns_saved_share, ImageTurnOptions{}.begin_anew_share);
+  double error = 0, turned = 0;
+  for (size_t i = 20; i < 95; ++i) {
+    const double half = kReadoutS / kIntervalS / 2, at = static_cast<double>(i);
+    const SE3 first_row = ShakenAt(at - half, kShakingHz), last = ShakenAt(at + half, kShakingHz);
+    const Eigen::Vector3d turn = (first_row * last.Inverse()).Log().tail<3>();
+    const ReadoutMotion& found = asked.result.image_turns.at(asked.result.frames[i].time);
+    error += (found.turn_rad - turn).squaredNorm();
+    turned += turn.squaredNorm();
+  }
+  // The map was made without them: knowing them it is to be made anew.
+  EXPECT_LT(std::sqrt(error / turned), 0.2);
+  EXPECT_EQ(Bytes(asked.result), Bytes(Fly(flight, Schedule::kThreaded, options).result));
+  EXPECT_TRUE(Fly(flight, Schedule::kSequential).result.image_turns.empty())
+      << "few keyframes may all be bent alike";
+}
+
+TEST(SlamRollingShutter, AsksNoImagesWhereThePathKnowsBetter) {
+  const SyntheticFlight flight = ReadByRows(BoxWorld(), 60, 1.5);
+  EXPECT_TRUE(Fly(flight, Schedule::kSequential).result.image_turns.empty());
 }
 
 SystemOptions ThatFewKeyframesTell() {

@@ -14,6 +14,7 @@ void VisitParts(Options& options, Visitor&& visit) {
   visit("bent_start", options.bent_start);
   visit("smoothing", options.smoothing);
   visit("readout", options.readout);
+  visit("image_turns", options.image_turns);
   visit("tracking", options.tracking);
   visit("initialiser", options.tracking.initialiser);
   visit("keyframes", options.tracking.keyframes);

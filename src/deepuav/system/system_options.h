@@ -10,6 +10,7 @@
 #include "deepuav/system/finish/gap_options.h"
 #include "deepuav/system/finish/path_smoothing.h"
 #include "deepuav/system/sensors/georeferencing.h"
+#include "deepuav/system/shutter/image_turns.h"
 #include "deepuav/system/shutter/readout_path.h"
 #include "deepuav/tracking/tracker.h"
 
@@ -54,6 +55,7 @@ struct SystemOptions {
   GapOptions gaps;
   PathSmoothingOptions smoothing;
   ReadoutPathOptions readout;
+  ImageTurnOptions image_turns;
   BentStartOptions bent_start;
   SensorUseOptions sensors;
 

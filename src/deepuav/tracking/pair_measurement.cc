@@ -53,9 +53,10 @@ void MeasureAll(const Frame& a, const Frame& b, const std::vector<Match>& matche
 /// A turn that is not known moves the ends of an image against its middle.
 double UnknownTurnPx(const Frame& frame, int keypoint, const Camera& camera,
                      double turn_sigma_rad_s) {
-  if (frame.turn_is_measured) return 0;
+  const double sigma_rad =
+      frame.turn_is_measured ? frame.turn_sigma_rad : turn_sigma_rad_s * camera.readout_s;
   const double moment = RowMoment(KeypointOf(frame, keypoint).image_px.y(), camera.height);
-  return turn_sigma_rad_s * camera.readout_s * std::abs(moment) * camera.pinhole.fx;
+  return sigma_rad * std::abs(moment) * camera.pinhole.fx;
 }
 
 }  // namespace

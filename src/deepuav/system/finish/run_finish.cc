@@ -9,7 +9,7 @@
 #include "deepuav/system/finish/gap_bridge.h"
 #include "deepuav/system/finish/path_smoothing.h"
 #include "deepuav/system/shutter/readout_finding.h"
-#include "deepuav/system/shutter/readout_path.h"
+#include "deepuav/system/shutter/readout_following.h"
 
 namespace deepuav {
 namespace {
@@ -71,12 +71,12 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   if (!Adjusts()) return;
   const std::vector<MapId> maps = ByKeyframes(*run_.atlas);
   for (MapId map : maps) {
-    const bool refine = RefinesFocalIn(map);
-    if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
+    const bool refine = RefinesFocalIn(map), seeks = map == maps.front() && SeeksReadout();
+    FollowReadouts(map, !seeks, stop, result);
     run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, refine, stop);
     if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
-    StraightenStart(map, stop, result);
-    if (map == maps.front()) FindReadoutIn(map, stop, result);
+    StraightenStart(map, !seeks, stop, result);
+    if (seeks) FindReadoutIn(map, stop, result);
     if (map == maps.front() && MayCorrectCalibration()) {
       result->lens = CorrectCalibration(map, options_.mapping.lens, run_.mapper, run_.camera,
                                         &result->frames, stop);
@@ -85,31 +85,34 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   }
 }
 
-void RunFinish::FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* result) const {
-  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
-  const PoseOfFrame refined = [&finish](const FrameRecord& record) {
-    return finish.RefinedPose(record);
-  };
-  for (int round = 0; round < options_.readout.rounds && !stop(); ++round) {
-    if (round > 0) run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
-    ReadoutPath path = FindReadoutPath(*run_.atlas, map, result->frames, refined,
-                                       run_.camera->readout_s, options_.readout);
-    KeepMeasuredTurns(result->frames, &path);
-    if (!path.tells_turns && run_.sensors.imu.samples.empty()) {
-      Log().warn(
-          "map {}: the camera shakes faster than its images come, so that they don't tell "
-          "how it turned while its rolling shutter read them: more images a second or an "
-          "IMU would",
-          map.value);
-      return;
-    }
-    ChangeMotions(path, *run_.atlas, map, *run_.camera, &result->frames);
-    run_.mapper->ChangeMotionsIn(
-        map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
+void RunFinish::FollowReadouts(MapId map, bool ask_images, const Stop& stop,
+                               SlamResult* result) const {
+  if (run_.camera->readout_s == 0) return;
+  PlaceInMaps(*run_.atlas, &result->frames);
+  FrameLocator locator = MakeThoroughLocator();
+  const TrajectoryFinish finish = MakeTrajectoryFinish(&locator);
+  const ImuStream& imu = run_.sensors.imu;
+  const bool hears_turns = !imu.samples.empty() && imu.mount_is_known;
+  const ReadoutFollowing following(
+      options_.readout, options_.image_turns,
+      {run_.camera, run_.atlas, run_.mapper, hears_turns, run_.first_new_keyframe}, finish);
+  const bool path_tells = following.FollowPath(map, stop, &result->frames);
+  if (hears_turns || !ask_images) return;
+  const ImageTurns turns = following.FollowImages(map, stop, &result->frames);
+  if (!path_tells && turns.motions.empty()) {
+    Log().warn(
+        "map {}: the camera shakes faster than its images come, so that they don't tell "
+        "how it turned while its rolling shutter read them: more images a second or an "
+        "IMU would",
+        map.value);
   }
+  result->image_turns_saved_share = std::max(result->image_turns_saved_share, turns.saved_share);
+  for (const auto& [time, motion] : turns.motions)
+    result->image_turns.insert_or_assign(time, motion);
 }
 
-void RunFinish::StraightenStart(MapId map, const Stop& stop, SlamResult* result) const {
+void RunFinish::StraightenStart(MapId map, bool ask_images, const Stop& stop,
+                                SlamResult* result) const {
   PlaceInMaps(*run_.atlas, &result->frames);
   FrameLocator locator(*run_.camera, options_.tracking.locator, run_.matcher, nullptr);
   const BentStart bent(run_.camera->pinhole, options_.bent_start, options_.mapping.local_map,
@@ -123,14 +126,17 @@ void RunFinish::StraightenStart(MapId map, const Stop& stop, SlamResult* result)
   Log().info("map {}: {} of its first keyframes set right by what came later", map.value,
              relocations.size());
   run_.mapper->Relocate(map, relocations);
-  if (run_.camera->readout_s > 0) FollowPathInReadouts(map, stop, result);
+  FollowReadouts(map, ask_images, stop, result);
   run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 
-void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
+bool RunFinish::SeeksReadout() const {
   const bool goes_on = run_.first_new_keyframe.value > 0;
   const bool is_wanted = run_.camera->readout_s == 0 || options_.mapping.readout.refine_known;
-  if (!options_.mapping.readout.enabled || !is_wanted || goes_on) return;
+  return options_.mapping.readout.enabled && is_wanted && !goes_on;
+}
+
+void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
   const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
   const ReadoutFinding finding(
       options_.readout, options_.mapping.readout,
@@ -138,6 +144,9 @@ void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) c
        run_.first_new_keyframe},
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
   result->readout = finding.FindIn(map, stop, &result->frames);
+  if (run_.camera->readout_s == 0) return;
+  FollowReadouts(map, true, stop, result);
+  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 
 bool RunFinish::MayCorrectCalibration() const {

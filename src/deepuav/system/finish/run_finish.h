@@ -44,10 +44,13 @@ class RunFinish {
   using Stop = std::function<bool()>;
 
   void AdjustAll(const Stop& stop, SlamResult* result) const;
-  /// Where a rolling shutter read the images: the whole path tells how the camera moved meanwhile.
-  void FollowPathInReadouts(MapId map, const Stop& stop, SlamResult* result) const;
+  /// Where a rolling shutter read the images: all together tell how the camera moved meanwhile, and
+  /// where these may be asked, each of its own turn.
+  void FollowReadouts(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
   /// Gives first keyframes of a map the poses that what came later tells, and adjusts it then.
-  void StraightenStart(MapId map, const Stop& stop, SlamResult* result) const;
+  void StraightenStart(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
+  /// Whether the readout is to be found: by the path, before images are asked of their own turns.
+  bool SeeksReadout() const;
   /// Where the camera's readout is not told, the largest map may.
   void FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const;
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.

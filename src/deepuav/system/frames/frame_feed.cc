@@ -46,6 +46,7 @@ std::optional<Frame> SequentialFeed::Next() {
   clock_->Add("network", times.network_s);
   clock_->Add("key points", times.postprocessing_s);
   CorrectForTurn(image->turn_in_readout, &frame);
+  frame.turn_sigma_rad = image->turn_sigma_rad;
   frame.turn_since_before = TurnTo(*image);
   return frame;
 }

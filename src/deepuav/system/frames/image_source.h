@@ -19,6 +19,7 @@ struct TimedImage {
   /// How the camera turned while it was read, where the source knows it and the run's sensors do
   /// not.
   std::optional<ReadoutMotion> turn_in_readout = {};
+  double turn_sigma_rad = 0;  ///< Of that: how well it is known.
   /// now_from_before since the image given before, likewise.
   std::optional<Eigen::Quaterniond> turn_since_before = {};
 };

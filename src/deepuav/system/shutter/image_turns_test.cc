@@ -1,0 +1,123 @@
+#include "deepuav/system/shutter/image_turns.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "deepuav/system/testing/shaken_flight.h"
+
+namespace deepuav {
+namespace {
+
+class ImageTurnsTest : public testing::Test, protected ShakenFlight {
+ protected:
+  ImageTurns Measure(TurnModel model = TurnModel::kTurn,
+                     const ImageTurnOptions& options = {}) const {
+    const Map& map = atlas_.At(MapId{0});
+    return MeasureImageTurns(
+        atlas_, MapId{0}, records_,
+        [&map](const FrameRecord& record) { return map.PoseOf(record.pose); }, camera_, model,
+        options);
+  }
+
+  /// How the camera truly turned while it read the image, from the first row to the last.
+  Eigen::Vector3d TrueTurn(int frame) const {
+    const double half = kReadoutS / step_s_ / 2;
+    const SE3 before = Shaken(frame - half), after = Shaken(frame + half);
+    return (before * after.Inverse()).Log().tail<3>();
+  }
+
+  /// Root mean square of the turns, without the path's ends.
+  double TurnError(const ImageTurns& turns) const {
+    double squared = 0;
+    for (int i = kEnd; i + kEnd < kFrames; ++i)
+      squared += (turns.motions.at(TimeOf(i)).turn_rad - TrueTurn(i)).squaredNorm();
+    return std::sqrt(squared / (kFrames - 2 * kEnd));
+  }
+  double Turned() const {
+    double squared = 0;
+    for (int i = kEnd; i + kEnd < kFrames; ++i) squared += TrueTurn(i).squaredNorm();
+    return std::sqrt(squared / (kFrames - 2 * kEnd));
+  }
+
+  static constexpr int kEnd = 3;
+};
+
+TEST_F(ImageTurnsTest, TellWhatTheirPathDoesNot) {
+  Fly(9, 0.1);
+  const ImageTurns turns = Measure();
+  EXPECT_EQ(turns.motions.size(), kFrames);
+  EXPECT_GT(turns.saved_share, 0.5);
+  EXPECT_TRUE(AreBelieved(turns, {}));
+  EXPECT_LT(TurnError(turns), 0.25 * Turned());
+  // What is left is how the turn bends.
+  EXPECT_LT(TurnError(Measure(TurnModel::kTurnAndBend)), 0.2 * Turned());
+}
+
+TEST_F(ImageTurnsTest, SaveNothingOnceTheyAreKnown) {
+  Fly(9, 0.1);
+  ReadoutPath path = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});
+  TakeTurns(Measure(TurnModel::kTurnAndBend), &path);
+  ChangeMotions(path, atlas_, MapId{0}, camera_, &records_);
+  const double before = Measure(TurnModel::kNone).saved_share;
+  EXPECT_NEAR(before, 0, 1e-12);
+  const ImageTurns again = Measure(TurnModel::kTurnAndBend);
+  EXPECT_LT(TurnError(again), 0.2 * Turned());
+}
+
+TEST_F(ImageTurnsTest, AreNoiseOfACameraThatReadsAllRowsAtOnce) {
+  row_readout_s_ = 0;
+  noise_px_ = 0.3;
+  Fly(9, 0.1);
+  const ImageTurns turns = Measure();
+  EXPECT_FALSE(AreBelieved(turns, {}));
+  EXPECT_NEAR(turns.changed_rad, turns.noise_rad, 0.3 * turns.noise_rad);
+}
+
+/// All images sheared alike may be a map that is sheared: their path knows better.
+TEST_F(ImageTurnsTest, LeaveWhatAllHaveInCommonToThePath) {
+  Fly(9, 0.1);
+  const ImageTurns turns = Measure();
+  ReadoutMotion common;
+  common.turn_rad = {0.004, -0.003, 0.002};
+  for (FrameRecord& record : records_) record.seen_motion.turn_rad += common.turn_rad;
+  const ImageTurns sheared = Measure();
+  for (const auto& [time, motion] : turns.motions) {
+    const double moved = (sheared.motions.at(time).turn_rad - motion.turn_rad).norm();
+    EXPECT_LT(moved, 0.05 * common.turn_rad.norm());
+  }
+}
+
+TEST_F(ImageTurnsTest, OfFramesThatSeeTooLittleAreThePathsOwn) {
+  Fly(9, 0.1);
+  records_[10].seen.resize(5);
+  const ImageTurns turns = Measure();
+  ASSERT_TRUE(turns.motions.contains(records_[10].time));
+  EXPECT_LT(turns.motions.at(records_[10].time).turn_rad.norm(), 0.5 * Turned());
+  EXPECT_LT((turns.motions.at(records_[12].time).turn_rad - TrueTurn(12)).norm(), 0.4 * Turned());
+}
+
+TEST_F(ImageTurnsTest, AreAskedOfLocatedFramesOfTheMapAlone) {
+  Fly(9, 0.1);
+  records_[4].map = MapId{};
+  const ImageTurns turns = Measure();
+  EXPECT_EQ(turns.motions.size(), kFrames - 1);
+  for (FrameRecord& record : records_) record.map = MapId{};
+  EXPECT_TRUE(Measure().motions.empty());
+  EXPECT_EQ(Measure().saved_share, 0);
+}
+
+TEST_F(ImageTurnsTest, ChangeTurnsAlone) {
+  Fly(9, 0.1);
+  ReadoutPath path = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});
+  const ReadoutPath before = path;
+  const ImageTurns turns = Measure();
+  TakeTurns(turns, &path);
+  for (const auto& [time, motion] : path.motions) {
+    EXPECT_TRUE(motion.TurnsAs(turns.motions.at(time)));
+    EXPECT_EQ(motion.travel, before.motions.at(time).travel);
+  }
+}
+
+}  // namespace
+}  // namespace deepuav

@@ -1,0 +1,74 @@
+#include "deepuav/system/shutter/readout_following.h"
+
+#include "deepuav/base/logging.h"
+
+namespace deepuav {
+
+bool ReadoutFollowing::FollowPath(MapId map, const std::function<bool()>& stop,
+                                  std::vector<FrameRecord>* records) const {
+  for (int round = 0; round < path_.rounds && !stop(); ++round) {
+    if (round > 0) Adjust(map, stop);
+    const ReadoutPath path = PathOf(map, *records);
+    if (!path.tells_turns && !run_.has_gyroscope) return false;
+    Take(path, map, records);
+  }
+  return true;
+}
+
+ImageTurns ReadoutFollowing::FollowImages(MapId map, const std::function<bool()>& stop,
+                                          std::vector<FrameRecord>* records) const {
+  ImageTurns turns;
+  double saved_share = 0;
+  const bool may_tell = run_.atlas->At(map).KeyframeCount() >= images_.min_keyframes;
+  const int rounds = may_tell && images_.rounds > 0 ? images_.rounds + images_.bend_rounds : 0;
+  for (int round = 0; round < rounds && !stop(); ++round) {
+    if (round > 0) Adjust(map, stop);
+    const TurnModel model = round < images_.rounds ? TurnModel::kTurn : TurnModel::kTurnAndBend;
+    ImageTurns found = TurnsOf(map, model, *records);
+    Log().debug(
+        "map {}: turns of each image's own save {:.1f} % of its errors, {:.2f} of {:.2f} mrad",
+        map.value, 100 * found.saved_share, 1e3 * found.changed_rad, 1e3 * found.noise_rad);
+    if (round == 0) {
+      if (!AreBelieved(found, images_)) return {};
+      saved_share = found.saved_share;
+      // Their own turns are unknown, too, and are to be found.
+      finish_.LocateLost(records, stop);
+    }
+    turns = std::move(found);
+    ReadoutPath path = PathOf(map, *records);
+    TakeTurns(turns, &path);
+    Take(path, map, records);
+  }
+  turns.saved_share = saved_share;
+  return turns;
+}
+
+ReadoutPath ReadoutFollowing::PathOf(MapId map, const std::vector<FrameRecord>& records) const {
+  ReadoutPath path = FindReadoutPath(
+      *run_.atlas, map, records,
+      [this](const FrameRecord& record) { return finish_.RefinedPose(record); },
+      run_.camera->readout_s, path_);
+  KeepMeasuredTurns(records, &path);
+  return path;
+}
+
+ImageTurns ReadoutFollowing::TurnsOf(MapId map, TurnModel model,
+                                     const std::vector<FrameRecord>& records) const {
+  return MeasureImageTurns(
+      *run_.atlas, map, records,
+      [this](const FrameRecord& record) { return finish_.RefinedPose(record); }, *run_.camera,
+      model, images_);
+}
+
+void ReadoutFollowing::Take(const ReadoutPath& path, MapId map,
+                            std::vector<FrameRecord>* records) const {
+  ChangeMotions(path, *run_.atlas, map, *run_.camera, records);
+  run_.mapper->ChangeMotionsIn(
+      map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
+}
+
+void ReadoutFollowing::Adjust(MapId map, const std::function<bool()>& stop) const {
+  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
+}
+
+}  // namespace deepuav
