@@ -10,6 +10,9 @@
 
 namespace deepuav {
 
+/// Whether its gyroscope tells how a camera turns.
+inline bool HearsTurns(const ImuStream& imu) { return !imu.samples.empty() && imu.mount_is_known; }
+
 /// How a gyroscope says that a camera turned: while it read an image, and from one image to
 /// another. Immutable: may be asked from any thread. Its bias is in what it says; its clock is
 /// taken to be the camera's.

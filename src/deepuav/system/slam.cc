@@ -100,7 +100,7 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
   }
   back_end_.StopWhen(stop);
   {
-    const CameraTurns turns(sensors_.imu.mount_is_known ? sensors_.imu : ImuStream{},
+    const CameraTurns turns(HearsTurns(sensors_.imu) ? sensors_.imu : ImuStream{},
                             options_.sensors.imu.max_imu_gap_s, camera_);
     SequentialFeed sequential(live && !images->KeepsPace() ? &live_images : images,
                               perception_.extractor, &clock_, &turns);

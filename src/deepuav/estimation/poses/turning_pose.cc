@@ -1,7 +1,6 @@
 #include "deepuav/estimation/poses/turning_pose.h"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "deepuav/base/option_check.h"
@@ -121,6 +120,7 @@ std::optional<TurningPose> Optimise(const Pinhole& pinhole,
       [&problem](const State& state) { return problem.Linearise(state); }, move);
   TurningPose pose{found.cam_from_world, found.turning.template head<kTurn>(),
                    found.turning.template tail<kTurn>()};
+  pose.used = static_cast<int>(problem.size());
   typename Problem<kParameters>::Equations unused;
   pose.cost = problem.CostOfObservations(found, &unused);
   if constexpr (kParameters > kPose) pose.turn_sigma_rad = TurnSigma(problem, found, pose.cost);

@@ -31,7 +31,7 @@ struct TurningPoseOptions {
           Between(1, 100));
     visit("min_observations", min_observations, "",
           "landmarks seen, below which an image is not asked how its camera turned",
-          Between(6, 100'000));
+          Between(7, 100'000));
     visit("soft_sigmas", soft_sigmas, "",
           "error in standard deviations from which an observation counts less", Above(0, 1e6));
     visit("turn_sigma_rad", turn_sigma_rad, "rad",
@@ -54,6 +54,7 @@ struct TurningPose {
   SE3 cam_from_world;  ///< Of the middle row.
   /// Beyond what the pixels were corrected for: ReadoutMotion::turn_rad and bend_rad.
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero(), bend_rad = Eigen::Vector3d::Zero();
+  int used = 0;               ///< Observations.
   double turn_sigma_rad = 0;  ///< Of an axis of the turn, by the noise that the pixels show.
   double cost = 0;            ///< Robust, of the observations.
 };

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/inertial/camera_turns.h"
 #include "deepuav/system/finish/bent_start.h"
 #include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/finish/gap_bridge.h"
@@ -24,14 +25,6 @@ std::vector<MapId> ByKeyframes(const Atlas& atlas) {
 }
 
 }  // namespace
-
-void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records) {
-  for (FrameRecord& record : *records) {
-    if (!record.located()) continue;
-    record.map = atlas.Current(record.map);
-    record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
-  }
-}
 
 void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) const {
   Stopwatch since_stop;
@@ -88,27 +81,36 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
 void RunFinish::FollowReadouts(MapId map, bool ask_images, const Stop& stop,
                                SlamResult* result) const {
   if (run_.camera->readout_s == 0) return;
-  PlaceInMaps(*run_.atlas, &result->frames);
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  const bool path_tells = MakeReadoutFollowing(finish).FollowPath(map, stop, &result->frames);
+  if (!ask_images) return;
+  const bool images_tell = AskImages(map, stop, result);
+  if (path_tells || images_tell) return;
+  Log().warn(
+      "map {}: the camera shakes faster than its images come, so that they don't tell "
+      "how it turned while its rolling shutter read them: more images a second or an "
+      "IMU would",
+      map.value);
+}
+
+bool RunFinish::AskImages(MapId map, const Stop& stop, SlamResult* result) const {
+  if (HearsTurns(run_.sensors.imu)) return false;
+  const StageScope stage(run_.clock, "turns of images");
   FrameLocator locator = MakeThoroughLocator();
   const TrajectoryFinish finish = MakeTrajectoryFinish(&locator);
-  const ImuStream& imu = run_.sensors.imu;
-  const bool hears_turns = !imu.samples.empty() && imu.mount_is_known;
-  const ReadoutFollowing following(
-      options_.readout, options_.image_turns,
-      {run_.camera, run_.atlas, run_.mapper, hears_turns, run_.first_new_keyframe}, finish);
-  const bool path_tells = following.FollowPath(map, stop, &result->frames);
-  if (hears_turns || !ask_images) return;
-  const ImageTurns turns = following.FollowImages(map, stop, &result->frames);
-  if (!path_tells && turns.motions.empty()) {
-    Log().warn(
-        "map {}: the camera shakes faster than its images come, so that they don't tell "
-        "how it turned while its rolling shutter read them: more images a second or an "
-        "IMU would",
-        map.value);
-  }
-  result->image_turns_saved_share = std::max(result->image_turns_saved_share, turns.saved_share);
+  const ImageTurns turns = MakeReadoutFollowing(finish).FollowImages(map, stop, &result->frames);
   for (const auto& [time, motion] : turns.motions)
     result->image_turns.insert_or_assign(time, motion);
+  if (map == ByKeyframes(*run_.atlas).front())
+    result->image_turns_saved_share = std::max(result->image_turns_saved_share, turns.saved_share);
+  return !turns.motions.empty();
+}
+
+ReadoutFollowing RunFinish::MakeReadoutFollowing(const TrajectoryFinish& finish) const {
+  return {options_.readout,
+          options_.image_turns,
+          {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe},
+          finish};
 }
 
 void RunFinish::StraightenStart(MapId map, bool ask_images, const Stop& stop,
@@ -144,8 +146,7 @@ void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) c
        run_.first_new_keyframe},
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
   result->readout = finding.FindIn(map, stop, &result->frames);
-  if (run_.camera->readout_s == 0) return;
-  FollowReadouts(map, true, stop, result);
+  if (run_.camera->readout_s == 0 || !AskImages(map, stop, result)) return;
   run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 

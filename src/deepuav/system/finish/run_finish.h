@@ -9,14 +9,12 @@
 #include "deepuav/system/finish/brief_maps.h"
 #include "deepuav/system/finish/trajectory_finish.h"
 #include "deepuav/system/sensors/inertial_bridge.h"
+#include "deepuav/system/shutter/readout_following.h"
 #include "deepuav/system/slam_result.h"
 #include "deepuav/system/system_options.h"
 #include "deepuav/system/watching/stage_clock.h"
 
 namespace deepuav {
-
-/// Gives located frames the poses that the maps as they are give them.
-void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records);
 
 /// What follows the last image: the maps are adjusted, get their metres and their place on Earth,
 /// and all frames their final poses.
@@ -47,6 +45,9 @@ class RunFinish {
   /// Where a rolling shutter read the images: all together tell how the camera moved meanwhile, and
   /// where these may be asked, each of its own turn.
   void FollowReadouts(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
+  /// Whether they tell what their path does not.
+  bool AskImages(MapId map, const Stop& stop, SlamResult* result) const;
+  ReadoutFollowing MakeReadoutFollowing(const TrajectoryFinish& finish) const;
   /// Gives first keyframes of a map the poses that what came later tells, and adjusts it then.
   void StraightenStart(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
   /// Whether the readout is to be found: by the path, before images are asked of their own turns.

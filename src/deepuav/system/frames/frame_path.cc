@@ -27,6 +27,14 @@ Trajectory PathIn(const Atlas& atlas, MapId map, const std::vector<FrameRecord>&
   return path;
 }
 
+void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records) {
+  for (FrameRecord& record : *records) {
+    if (!record.located()) continue;
+    record.map = atlas.Current(record.map);
+    record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
+  }
+}
+
 std::vector<PoseObservation> ObservationsOf(const Map& map, const FrameRecord& record,
                                             const SE3& cam_from_world) {
   std::vector<PoseObservation> observations;

@@ -18,6 +18,9 @@ using PoseOfFrame = std::function<SE3(const FrameRecord&)>;
 Trajectory PathIn(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                   const PoseOfFrame& pose_of_frame = nullptr);
 
+/// Gives located frames the poses that the maps as they are give them.
+void PlaceInMaps(const Atlas& atlas, std::vector<FrameRecord>* records);
+
 /// What a frame saw of the map as it is now, with the noise that a camera about there sees it with.
 std::vector<PoseObservation> ObservationsOf(const Map& map, const FrameRecord& record,
                                             const SE3& cam_from_world);

@@ -76,20 +76,31 @@ struct AllTold {
   double cost_known = 0, cost = 0;
 };
 
+/// A turn fits some of the noise, too: what would have been saved by nothing is taken back.
+double ForFreedom(int observations, TurnModel model) {
+  const int pose = 6, turn = model == TurnModel::kTurnAndBend ? 6 : 3;
+  return (2.0 * observations - pose) / (2.0 * observations - pose - turn);
+}
+
+/// Of images about which the path's own slow turn is known.
 AllTold AskImages(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                   const PoseOfFrame& pose_of_frame, const Camera& camera, TurnModel model,
-                  const TurningPoseOptions& options) {
+                  const ImageTurnOptions& options, const TurningAt& steps,
+                  const std::function<bool()>& stop) {
   const Map& in = atlas.At(map);
   AllTold told;
   for (const FrameRecord& record : records) {
+    if (stop && stop()) return {};
     if (!record.located() || atlas.Current(record.map) != in.id()) continue;
+    if (!SlowPart(steps, record.time, options.slow_s)) continue;
     const SE3 pose = pose_of_frame(record);
     const auto rows = RowsSeen(in, record, pose, camera);
-    const auto known = OptimiseTurningPose(camera.pinhole, rows, pose, TurnModel::kNone, options);
-    const auto found = OptimiseTurningPose(camera.pinhole, rows, pose, model, options);
+    const auto known =
+        OptimiseTurningPose(camera.pinhole, rows, pose, TurnModel::kNone, options.pose);
+    const auto found = OptimiseTurningPose(camera.pinhole, rows, pose, model, options.pose);
     if (!known || !found) continue;
     told.cost_known += known->cost;
-    told.cost += found->cost;
+    told.cost += found->cost * ForFreedom(found->used, model);
     Told& of = told.images[record.time];
     of.known << record.seen_motion.turn_rad, record.seen_motion.bend_rad;
     of.change << found->turn_rad, found->bend_rad;
@@ -124,31 +135,48 @@ void ImageTurnOptions::Check() const { CheckOptions("image_turns", *this); }
 
 ImageTurns MeasureImageTurns(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                              const PoseOfFrame& pose_of_frame, const Camera& camera,
-                             TurnModel model, const ImageTurnOptions& options) {
-  const AllTold told = AskImages(atlas, map, records, pose_of_frame, camera, model, options.pose);
-  ImageTurns turns;
-  turns.saved_share = told.cost_known > 0 ? 1 - told.cost / told.cost_known : 0;
-  const TurningAt quick = QuickPart(told.images, options.slow_s, &turns);
+                             TurnModel model, const ImageTurnOptions& options,
+                             const std::function<bool()>& stop) {
   const Trajectory path = PathIn(atlas, map, records, pose_of_frame);
   const TurningAt steps = TurnsOfPath(path, camera.readout_s, options.max_step_s);
+  const AllTold told =
+      AskImages(atlas, map, records, pose_of_frame, camera, model, options, steps, stop);
+  ImageTurns turns;
+  if (told.images.empty()) return turns;
+  turns.saved_share = told.cost_known > 0 ? 1 - told.cost / told.cost_known : 0;
+  const TurningAt quick = QuickPart(told.images, options.slow_s, &turns);
   for (const TimedPose& at : path) {
     const auto slow = SlowPart(steps, at.time, options.slow_s);
     if (!slow) continue;
     const auto own = quick.find(at.time);
-    turns.motions[at.time] = MotionOf(own != quick.end() ? Turning(*slow + own->second) : *slow);
+    if (own != quick.end()) {
+      turns.motions[at.time] = MotionOf(*slow + own->second);
+    } else {
+      turns.slow_motions[at.time] = MotionOf(*slow);
+    }
   }
   return turns;
 }
 
 bool AreBelieved(const ImageTurns& turns, const ImageTurnOptions& options) {
-  return turns.saved_share >= options.min_cost_share &&
+  return !turns.motions.empty() && turns.saved_share >= options.min_cost_share &&
          turns.changed_rad >= options.min_spread * turns.noise_rad;
 }
 
 void TakeTurns(const ImageTurns& turns, ReadoutPath* path) {
-  for (auto& [time, motion] : path->motions) {
-    const auto turn = turns.motions.find(time);
-    if (turn != turns.motions.end()) motion = WithTurnOf(turn->second, motion);
+  for (const auto* told : {&turns.slow_motions, &turns.motions}) {
+    for (const auto& [time, turn] : *told) {
+      const auto motion = path->motions.find(time);
+      if (motion != path->motions.end()) motion->second = WithTurnOf(turn, motion->second);
+    }
+  }
+}
+
+void MarkMeasured(const ImageTurns& turns, const Atlas& atlas, MapId map,
+                  std::vector<FrameRecord>* records) {
+  for (FrameRecord& record : *records) {
+    if (!record.located() || atlas.Current(record.map) != atlas.Current(map)) continue;
+    if (turns.motions.contains(record.time)) record.turn_is_measured = true;
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct ImageTurnOptions {
   int rounds = 3;            ///< Of images telling turns, and the map adjusted to them...
   int bend_rounds = 3;       ///< ...and then of turns that bend.
   double slow_s = 1;         ///< Turns that last longer than this are the path's.
-  double max_step_s = 0.35;  ///< Between images whose poses tell how the camera turned.
+  double max_step_s = 0.2;   ///< Between images whose poses tell how the camera turned.
   double sigma_rad = 0.003;  ///< Of a turn that an image told, when a run begins anew.
   /// Of a map that may tell: what a few have in common may as well be a bent map.
   int min_keyframes = 12;
@@ -55,7 +56,8 @@ struct ImageTurnOptions {
 
 /// How the camera turned while a rolling shutter read each image, as the image's own rows say.
 struct ImageTurns {
-  std::map<Timestamp, ReadoutMotion> motions;  ///< Turn and bend alone.
+  std::map<Timestamp, ReadoutMotion> motions;       ///< Turn and bend alone.
+  std::map<Timestamp, ReadoutMotion> slow_motions;  ///< The path's, of images that told nothing.
   /// Of the images' errors against the map, what these turns save beside those known so far.
   double saved_share = 0;
   /// Root mean square of how they differ from those known so far, and of their noise, rad.
@@ -66,15 +68,21 @@ struct ImageTurns {
 /// image shows the map bent by its own turn, to a milliradian. What all images of a while have in
 /// common may as well be a shear of the map (Albl et al. 2016, Degeneracies in Rolling Shutter
 /// SfM), so the slow part of the turns is replaced by that of the path, which knows it well.
-/// Frames that are located in the map but see too little turn as the path slowly does.
+/// Frames that are located in the map but see too little turn as the path slowly does. Nothing once
+/// `stop` says true.
 ImageTurns MeasureImageTurns(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                              const PoseOfFrame& pose_of_frame, const Camera& camera,
-                             TurnModel model, const ImageTurnOptions& options);
+                             TurnModel model, const ImageTurnOptions& options,
+                             const std::function<bool()>& stop = nullptr);
 
 /// Whether images show turns that are not known yet.
 bool AreBelieved(const ImageTurns& turns, const ImageTurnOptions& options);
 
 /// Has the path's images turn so.
 void TakeTurns(const ImageTurns& turns, ReadoutPath* path);
+
+/// What images told counts as measured from now on.
+void MarkMeasured(const ImageTurns& turns, const Atlas& atlas, MapId map,
+                  std::vector<FrameRecord>* records);
 
 }  // namespace deepuav

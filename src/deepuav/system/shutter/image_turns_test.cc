@@ -54,15 +54,52 @@ TEST_F(ImageTurnsTest, TellWhatTheirPathDoesNot) {
   EXPECT_LT(TurnError(Measure(TurnModel::kTurnAndBend)), 0.2 * Turned());
 }
 
-TEST_F(ImageTurnsTest, SaveNothingOnceTheyAreKnown) {
+TEST_F(ImageTurnsTest, ChangeLittleOnceTheyAreKnown) {
   Fly(9, 0.1);
   ReadoutPath path = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});
-  TakeTurns(Measure(TurnModel::kTurnAndBend), &path);
+  const ImageTurns turns = Measure(TurnModel::kTurnAndBend);
+  TakeTurns(turns, &path);
   ChangeMotions(path, atlas_, MapId{0}, camera_, &records_);
-  const double before = Measure(TurnModel::kNone).saved_share;
-  EXPECT_NEAR(before, 0, 1e-12);
   const ImageTurns again = Measure(TurnModel::kTurnAndBend);
+  EXPECT_LT(again.changed_rad, 0.25 * turns.changed_rad);
   EXPECT_LT(TurnError(again), 0.2 * Turned());
+}
+
+TEST_F(ImageTurnsTest, CountAsMeasuredAndStay) {
+  Fly(9, 0.1);
+  records_[4].seen.resize(5);
+  ReadoutPath path = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});
+  const ImageTurns turns = Measure();
+  TakeTurns(turns, &path);
+  ChangeMotions(path, atlas_, MapId{0}, camera_, &records_);
+  EXPECT_FALSE(HasMeasuredTurns(atlas_, MapId{0}, records_));
+  MarkMeasured(turns, atlas_, MapId{0}, &records_);
+  EXPECT_TRUE(HasMeasuredTurns(atlas_, MapId{0}, records_));
+  EXPECT_FALSE(records_[4].turn_is_measured) << "it told nothing";
+  ReadoutPath later = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});
+  KeepMeasuredTurns(records_, &later);
+  EXPECT_TRUE(later.motions.at(TimeOf(10)).TurnsAs(turns.motions.at(TimeOf(10))));
+}
+
+/// Where images come so rarely that the path's own slow turns are unknown.
+TEST_F(ImageTurnsTest, AreNotAskedWhereNothingTellsTheSlowOnes) {
+  Fly(9, 0.3);
+  const ImageTurns turns = Measure();
+  EXPECT_TRUE(turns.motions.empty() && turns.slow_motions.empty());
+  EXPECT_FALSE(AreBelieved(turns, {}));
+}
+
+TEST_F(ImageTurnsTest, AreNoneOnceARunIsStopped) {
+  Fly(9, 0.1);
+  int asked = 0;
+  const Map& map = atlas_.At(MapId{0});
+  const ImageTurns turns = MeasureImageTurns(
+      atlas_, MapId{0}, records_,
+      [&map](const FrameRecord& record) { return map.PoseOf(record.pose); }, camera_,
+      TurnModel::kTurn, {}, [&asked] { return ++asked > 3; });
+  EXPECT_EQ(asked, 4);
+  EXPECT_TRUE(turns.motions.empty());
+  EXPECT_FALSE(AreBelieved(turns, {}));
 }
 
 TEST_F(ImageTurnsTest, AreNoiseOfACameraThatReadsAllRowsAtOnce) {
@@ -92,8 +129,9 @@ TEST_F(ImageTurnsTest, OfFramesThatSeeTooLittleAreThePathsOwn) {
   Fly(9, 0.1);
   records_[10].seen.resize(5);
   const ImageTurns turns = Measure();
-  ASSERT_TRUE(turns.motions.contains(records_[10].time));
-  EXPECT_LT(turns.motions.at(records_[10].time).turn_rad.norm(), 0.5 * Turned());
+  EXPECT_FALSE(turns.motions.contains(records_[10].time));
+  ASSERT_TRUE(turns.slow_motions.contains(records_[10].time));
+  EXPECT_LT(turns.slow_motions.at(records_[10].time).turn_rad.norm(), 0.5 * Turned());
   EXPECT_LT((turns.motions.at(records_[12].time).turn_rad - TrueTurn(12)).norm(), 0.4 * Turned());
 }
 

@@ -28,10 +28,11 @@ std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::functio
                                                    std::vector<FrameRecord>* records) const {
   std::optional<FoundReadout> found;
   const bool is_known = run_.camera->readout_s > 0;
-  const bool hears_turns = !run_.imu.samples.empty() && run_.imu.mount_is_known;
+  const bool hears_turns = HearsTurns(run_.imu);
   if (hears_turns) found = FindBy(TurnsBy::kGyroscope, map, stop, records);
-  // One that is known, and as known by the gyroscope, is right.
-  if (!found && !(is_known && hears_turns)) found = FindBy(TurnsBy::kPath, map, stop, records);
+  // One that is known, and as known by turns that were measured, is right.
+  const bool are_measured = hears_turns || HasMeasuredTurns(*run_.atlas, map, *records);
+  if (!found && !(is_known && are_measured)) found = FindBy(TurnsBy::kPath, map, stop, records);
   if (found) {
     Log().info("the camera reads an image in {:.1f} ms, row by row (standard deviation {:.2f})",
                1000 * run_.camera->readout_s, 1000 * found->sigma_s);

@@ -9,7 +9,7 @@ bool ReadoutFollowing::FollowPath(MapId map, const std::function<bool()>& stop,
   for (int round = 0; round < path_.rounds && !stop(); ++round) {
     if (round > 0) Adjust(map, stop);
     const ReadoutPath path = PathOf(map, *records);
-    if (!path.tells_turns && !run_.has_gyroscope) return false;
+    if (!path.tells_turns && !HasMeasuredTurns(*run_.atlas, map, *records)) return false;
     Take(path, map, records);
   }
   return true;
@@ -19,28 +19,49 @@ ImageTurns ReadoutFollowing::FollowImages(MapId map, const std::function<bool()>
                                           std::vector<FrameRecord>* records) const {
   ImageTurns turns;
   double saved_share = 0;
-  const bool may_tell = run_.atlas->At(map).KeyframeCount() >= images_.min_keyframes;
-  const int rounds = may_tell && images_.rounds > 0 ? images_.rounds + images_.bend_rounds : 0;
+  const bool may_tell = path_.rounds > 0 && images_.rounds > 0 &&
+                        run_.atlas->At(map).KeyframeCount() >= images_.min_keyframes;
+  const int rounds = may_tell ? images_.rounds + images_.bend_rounds : 0;
   for (int round = 0; round < rounds && !stop(); ++round) {
     if (round > 0) Adjust(map, stop);
     const TurnModel model = round < images_.rounds ? TurnModel::kTurn : TurnModel::kTurnAndBend;
-    ImageTurns found = TurnsOf(map, model, *records);
+    ImageTurns found = TurnsOf(map, model, stop, *records);
     Log().debug(
         "map {}: turns of each image's own save {:.1f} % of its errors, {:.2f} of {:.2f} mrad",
         map.value, 100 * found.saved_share, 1e3 * found.changed_rad, 1e3 * found.noise_rad);
     if (round == 0) {
       if (!AreBelieved(found, images_)) return {};
       saved_share = found.saved_share;
-      // Their own turns are unknown, too, and are to be found.
-      finish_.LocateLost(records, stop);
+      LocateLost(map, stop, records);
     }
+    if (found.motions.empty()) break;  // stopped meanwhile
     turns = std::move(found);
     ReadoutPath path = PathOf(map, *records);
     TakeTurns(turns, &path);
     Take(path, map, records);
+    MarkMeasured(turns, *run_.atlas, map, records);
   }
   turns.saved_share = saved_share;
   return turns;
+}
+
+void ReadoutFollowing::LocateLost(MapId map, const std::function<bool()>& stop,
+                                  std::vector<FrameRecord>* records) const {
+  std::map<size_t, FrameRecord> lost;
+  for (size_t i = 0; i < records->size(); ++i) {
+    if (!(*records)[i].located()) lost.emplace(i, (*records)[i]);
+  }
+  PlaceInMaps(*run_.atlas, records);
+  finish_.LocateLost(records, stop);
+  for (auto& [i, before] : lost) {
+    FrameRecord& record = (*records)[i];
+    if (!record.located()) continue;
+    if (run_.atlas->Current(record.map) != run_.atlas->Current(map)) {
+      record = std::move(before);
+    } else {
+      record.features = std::move(before.features);  // the end looks once more
+    }
+  }
 }
 
 ReadoutPath ReadoutFollowing::PathOf(MapId map, const std::vector<FrameRecord>& records) const {
@@ -52,12 +73,12 @@ ReadoutPath ReadoutFollowing::PathOf(MapId map, const std::vector<FrameRecord>& 
   return path;
 }
 
-ImageTurns ReadoutFollowing::TurnsOf(MapId map, TurnModel model,
+ImageTurns ReadoutFollowing::TurnsOf(MapId map, TurnModel model, const std::function<bool()>& stop,
                                      const std::vector<FrameRecord>& records) const {
   return MeasureImageTurns(
       *run_.atlas, map, records,
       [this](const FrameRecord& record) { return finish_.RefinedPose(record); }, *run_.camera,
-      model, images_);
+      model, images_, stop);
 }
 
 void ReadoutFollowing::Take(const ReadoutPath& path, MapId map,

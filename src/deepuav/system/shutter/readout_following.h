@@ -20,7 +20,6 @@ class ReadoutFollowing {
     Camera* camera;
     const Atlas* atlas;
     Mapper* mapper;
-    bool has_gyroscope;             ///< Which told how images turned.
     KeyframeId first_new_keyframe;  ///< Those before it were loaded.
   };
 
@@ -28,9 +27,8 @@ class ReadoutFollowing {
                    const TrajectoryFinish& finish)
       : path_(path), images_(images), run_(run), finish_(finish) {}
 
-  /// As the path says, whose turns a gyroscope's replace. False, and nothing changed, where the
-  /// images come too rarely to tell and there is no gyroscope. The map is to be adjusted
-  /// afterwards.
+  /// As the path says, but for turns that were measured. False, and nothing changed, where there
+  /// are none and images come too rarely to tell. The map is to be adjusted afterwards.
   bool FollowPath(MapId map, const std::function<bool()>& stop,
                   std::vector<FrameRecord>* records) const;
   /// Where the images contradict the turns that are known: as they say, which is returned. The map
@@ -39,8 +37,12 @@ class ReadoutFollowing {
                           std::vector<FrameRecord>* records) const;
 
  private:
+  /// Frames without a pose get one in the map where they can, so that they are asked, too.
+  void LocateLost(MapId map, const std::function<bool()>& stop,
+                  std::vector<FrameRecord>* records) const;
   ReadoutPath PathOf(MapId map, const std::vector<FrameRecord>& records) const;
-  ImageTurns TurnsOf(MapId map, TurnModel model, const std::vector<FrameRecord>& records) const;
+  ImageTurns TurnsOf(MapId map, TurnModel model, const std::function<bool()>& stop,
+                     const std::vector<FrameRecord>& records) const;
   void Take(const ReadoutPath& path, MapId map, std::vector<FrameRecord>* records) const;
   void Adjust(MapId map, const std::function<bool()>& stop) const;
 

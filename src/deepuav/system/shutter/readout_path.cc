@@ -1,5 +1,6 @@
 #include "deepuav/system/shutter/readout_path.h"
 
+#include <algorithm>
 #include <memory>
 
 #include "deepuav/base/option_check.h"
@@ -57,6 +58,13 @@ ReadoutPath FindReadoutPath(const Atlas& atlas, MapId map, const std::vector<Fra
     if (motion) found.motions[path[i].time] = found.tells_turns ? *motion : WithoutTurn(*motion);
   }
   return found;
+}
+
+bool HasMeasuredTurns(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records) {
+  return std::ranges::any_of(records, [&](const FrameRecord& record) {
+    return record.located() && record.turn_is_measured &&
+           atlas.Current(record.map) == atlas.Current(map);
+  });
 }
 
 void KeepMeasuredTurns(const std::vector<FrameRecord>& records, ReadoutPath* path) {

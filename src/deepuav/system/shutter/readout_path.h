@@ -45,7 +45,10 @@ ReadoutPath FindReadoutPath(const Atlas& atlas, MapId map, const std::vector<Fra
                             const PoseOfFrame& pose_of_frame, double readout_s,
                             const ReadoutPathOptions& options);
 
-/// Turns that a gyroscope measured stay as they were, in place of the path's.
+/// Whether turns of the map's frames were measured, by a gyroscope or by the images themselves.
+bool HasMeasuredTurns(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records);
+
+/// Turns that were measured stay as they were, in place of the path's.
 void KeepMeasuredTurns(const std::vector<FrameRecord>& records, ReadoutPath* path);
 
 /// Of the keyframes from `first` on.
