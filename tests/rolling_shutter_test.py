@@ -70,7 +70,7 @@ class RollingShutter(unittest.TestCase):
     def test_images_tell_turns_that_their_path_does_not(self):
         """A camera that shakes faster than its images come, with a readout that is told."""
         flight = self.folder / "flight"
-        subprocess.run(command("simulate", "--flight", "jitter", "--seed", 5, "--out", flight, "--frames", 60,
+        subprocess.run(command("simulate", "--flight", "jitter", "--seed", "5", "--out", flight, "--frames", "60",
                                "--set", "camera.rate_hz=10"), capture_output=True, timeout=TIMEOUT_S, check=True)
         error_m, said = {}, {}
         for rounds in (0, 3):
