@@ -1,11 +1,11 @@
 #include "deepuav/autopilot/inertial_filter.h"
 
 #include "deepuav/autopilot/pose_noise.h"
+#include "deepuav/sensors/standard_gravity.h"
 
 namespace deepuav {
 namespace {
 
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr int kPosition = InertialFilter::kPosition, kRotation = InertialFilter::kRotation,
               kVelocity = InertialFilter::kVelocity, kGyroscope = InertialFilter::kGyroscope,
               kAccelerometer = InertialFilter::kAccelerometer;
@@ -31,7 +31,8 @@ void Integrate(const ImuSample& sample, int64_t until_ns, const InertialErrors& 
   // As the body lies in the middle of the time.
   const Eigen::Quaterniond middle = filter->local_from_body.rotation() * RotationExp(0.5 * turn);
   const Eigen::Matrix3d axes = middle.toRotationMatrix();
-  const Eigen::Vector3d acceleration = axes * force_body + kGravity_m_s2 * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d acceleration =
+      axes * force_body + kStandardGravity_m_s2 * Eigen::Vector3d::UnitZ();
 
   Matrix15d transition = Matrix15d::Identity();
   transition.block<3, 3>(kPosition, kVelocity) = dt_s * Eigen::Matrix3d::Identity();

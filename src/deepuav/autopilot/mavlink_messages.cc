@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "deepuav/sensors/standard_gravity.h"
+
 namespace deepuav {
 namespace {
 
@@ -157,14 +159,15 @@ InertialMessage HighresOf(const mavlink_message_t& message) {
 }
 
 InertialMessage ScaledOf(const mavlink_message_t& message) {
-  constexpr double kMilli = 1e-3, kStandardGravity = 9.80665;
+  constexpr double kMilli = 1e-3;
   mavlink_scaled_imu_t imu;
   mavlink_msg_scaled_imu_decode(&message, &imu);
   InertialMessage told;
   told.system_id = message.sysid;
   told.time_us = int64_t{1000} * imu.time_boot_ms;
   told.angular_velocity = kMilli * Eigen::Vector3d(imu.xgyro, imu.ygyro, imu.zgyro);
-  told.specific_force = kMilli * kStandardGravity * Eigen::Vector3d(imu.xacc, imu.yacc, imu.zacc);
+  told.specific_force =
+      kMilli * kStandardGravity_m_s2 * Eigen::Vector3d(imu.xacc, imu.yacc, imu.zacc);
   return told;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/sensors/standard_gravity.h"
 #include "deepuav/sensors/streams.h"
 
 namespace deepuav {
@@ -8,7 +9,7 @@ namespace deepuav {
 /// When an inertial sensor tells a path its scale and what is level, and what both are trusted
 /// with.
 struct InertialOptions {
-  double gravity_m_s2 = 9.80665;          ///< Where the flight is.
+  double gravity_m_s2 = kStandardGravity_m_s2;  ///< Where the flight is.
   double stated_noise_factor = 3;         ///< A sensor states its noise at rest; rotors shake it.
   double gyroscope_noise_density = 1e-3;  ///< rad/s/sqrt(Hz), where it is not stated.
   double gyroscope_random_walk = 1e-4;    ///< rad/s^2/sqrt(Hz), the same.

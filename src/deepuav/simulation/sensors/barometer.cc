@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "deepuav/base/option_check.h"
+#include "deepuav/sensors/standard_gravity.h"
 #include "deepuav/simulation/sensors/sensor_clock.h"
 #include "deepuav/simulation/sensors/sensor_noise.h"
 
@@ -13,7 +14,7 @@ namespace {
 constexpr double kSeaLevelPa = 101325;
 constexpr double kSeaLevelK = 288.15;
 constexpr double kLapseKPerM = 0.0065;
-constexpr double kExponent = 9.80665 / (287.05287 * kLapseKPerM);
+constexpr double kExponent = kStandardGravity_m_s2 / (287.05287 * kLapseKPerM);
 
 }  // namespace
 
