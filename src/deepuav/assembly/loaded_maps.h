@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/assembly/eyes.h"
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/io/maps/map_file.h"
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "deepuav/assembly/eyes.h"
 #include "deepuav/assembly/finished_run.h"
 #include "deepuav/assembly/loaded_maps.h"
 #include "deepuav/assembly/pushed_images.h"

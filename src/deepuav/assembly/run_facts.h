@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/eyes.h"
 #include "deepuav/assembly/found_calibration.h"
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/assembly/sensor_use.h"

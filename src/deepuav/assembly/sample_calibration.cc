@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "deepuav/assembly/dataset_images.h"
+#include "deepuav/assembly/eyes.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/system/photos/photo_survey.h"
 

@@ -7,6 +7,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/system/finish/run_finish.h"
+#include "deepuav/system/frames/live_images.h"
 
 namespace deepuav {
 

@@ -1,10 +1,6 @@
 #include "deepuav/system/frames/frame_feed.h"
 
-#include <algorithm>
-#include <chrono>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include "deepuav/map/frame_motion.h"
@@ -15,18 +11,9 @@ namespace {
 /// A patch is found at up to 2^(kPyramidLevels - 1) times the size of its reference, and half more.
 constexpr int kPyramidLevels = 3;
 
-constexpr double kStopInterval = 0.05;  ///< Seconds between two questions whether to stop.
-
 /// Null of an image that was not given.
 std::shared_ptr<const ImagePyramid> MakePyramid(const GreyImage& image) {
   return image.empty() ? nullptr : std::make_shared<const ImagePyramid>(image, kPyramidLevels);
-}
-
-void WaitSeconds(double seconds) {
-  std::mutex mutex;
-  std::condition_variable never;
-  std::unique_lock lock(mutex);
-  never.wait_for(lock, std::chrono::duration<double>(seconds), [] { return false; });
 }
 
 }  // namespace
@@ -88,41 +75,6 @@ std::optional<Frame> PrefetchingFeed::Next() {
   std::optional<Frame> frame = queue_.Pop();
   if (!frame && failure_) std::rethrow_exception(failure_);
   return frame;
-}
-
-std::optional<TimedImage> LiveImages::Next() {
-  if (!CatchUp()) return std::nullopt;
-  std::optional<TimedImage> image = images_->Next();
-  if (!image) return std::nullopt;
-  if (!first_time_) {
-    first_time_ = image->time;
-    since_first_.Restart();
-  }
-  if (!WaitFor(image->time)) return std::nullopt;
-  return image;
-}
-
-bool LiveImages::CatchUp() {
-  if (!first_time_) return true;
-  for (auto after = images_->UpcomingTime(1); after && SecondsUntil(*after) <= 0;
-       after = images_->UpcomingTime(1)) {
-    if (stop_ && stop_()) return false;
-    images_->Skip();
-    ++skipped_;
-  }
-  return true;
-}
-
-bool LiveImages::WaitFor(Timestamp time) const {
-  for (double wait_s = SecondsUntil(time); wait_s > 0; wait_s = SecondsUntil(time)) {
-    if (stop_ && stop_()) return false;
-    WaitSeconds(std::min(wait_s, kStopInterval));
-  }
-  return true;
-}
-
-double LiveImages::SecondsUntil(Timestamp time) const {
-  return SecondsBetween(*first_time_, time) - since_first_.Seconds();
 }
 
 }  // namespace deepuav

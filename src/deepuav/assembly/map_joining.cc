@@ -1,4 +1,4 @@
-#include "deepuav/system/map_joining.h"
+#include "deepuav/assembly/map_joining.h"
 
 #include <algorithm>
 #include <set>
