@@ -66,6 +66,7 @@ int RunProgram(std::vector<std::string> words) {
   AddMatchCommand(app);
   AddTrainVocabCommand(app);
   AddModelsCommand(app);
+  AddOptionsCommand(app);
   AddBenchCommand(app);
   AddHelpDocumentCommands(app);
   try {

@@ -3,6 +3,7 @@
 
   command_test.py DEEPUAV
 """
+import json
 import os
 import subprocess
 
@@ -78,6 +79,18 @@ class Usage(CommandTest):
                 self.expect_failure(call("run", "nowhere", "--out", self.out, *sets), *parts, status=WRONG_USE)
         self.assertFalse(self.out.exists())
 
+    def test_lists_the_options_of_a_run(self):
+        table = {option["name"]: option for option in json.loads(call("options", "--json").stdout)}
+        for option in table.values():
+            self.assertTrue(option["meaning"], option["name"])
+        self.assertEqual(table["tracking.max_lost_frames"]["bounds"].split()[1], "to")
+        self.assertEqual(table["features.keypoints"]["value"], "1000")
+        text = call("options", "features", "--set", "features.keypoints=77").stdout
+        self.assertIn("\nfeatures.keypoints=77 (1 to 20000)\n    ", text)
+        self.assertNotIn("mapping.local_bundle", text)
+        self.expect_failure(call("options", "flux capacitor"), "no option speaks of flux capacitor")
+        self.expect_failure(call("options", "--set", "features.keypoints=0"), "features.keypoints is 0", status=WRONG_USE)
+
     def test_localising_without_places(self):
         self.expect_failure(call("run", "nowhere", "--out", self.out, "--map", "nowhere", "--localise-only",
                                  "--set", "places.vocabulary="), "system.localise_only", "places.vocabulary",
@@ -90,7 +103,6 @@ class Usage(CommandTest):
         file.write_text("features:\n  model: x\n  keypoint: 3\n")
         self.expect_failure(call(*run), "options.yaml:3", "'features.keypoint'", "'features.keypoints'",
                             status=WRONG_USE)
-
 
     def test_full_disk_behind_stdout(self):
         for arguments in (["simulate", "--list"], ["models", "--json"], ["--help"]):

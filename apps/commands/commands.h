@@ -28,6 +28,7 @@ void AddMapCommand(CLI::App& app);
 void AddTrainVocabCommand(CLI::App& app);
 void AddMatchCommand(CLI::App& app);
 void AddModelsCommand(CLI::App& app);
+void AddOptionsCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 
 }  // namespace deepuav
