@@ -13,9 +13,9 @@
 #include "deepuav/io/geodata/srt_file.h"
 #include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/io/testing/camera_checks.h"
-#include "deepuav/io/testing/fuzzing.h"
 #include "deepuav/io/testing/gpmf_test_support.h"
 #include "deepuav/io/testing/io_test_support.h"
+#include "support/fuzzing.h"
 
 namespace deepuav {
 namespace {

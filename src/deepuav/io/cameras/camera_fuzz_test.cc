@@ -3,8 +3,8 @@
 #include "deepuav/io/cameras/camera_file.h"
 #include "deepuav/io/datasets/euroc_sensor.h"
 #include "deepuav/io/testing/camera_checks.h"
-#include "deepuav/io/testing/fuzzing.h"
 #include "deepuav/io/testing/io_test_support.h"
+#include "support/fuzzing.h"
 
 namespace deepuav {
 namespace {

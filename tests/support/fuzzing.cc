@@ -1,4 +1,4 @@
-#include "deepuav/io/testing/fuzzing.h"
+#include "support/fuzzing.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
