@@ -15,11 +15,10 @@
 #include "deepuav/io/geodata/geo_trajectory.h"
 #include "deepuav/io/geodata/trajectory.h"
 #include "deepuav/io/maps/colmap_model.h"
-#include "deepuav/io/maps/las_file.h"
 #include "deepuav/io/maps/map_export.h"
 #include "deepuav/io/maps/map_file.h"
-#include "deepuav/io/maps/point_cloud.h"
 #include "work/map_description.h"
+#include "work/point_export.h"
 #include "work/raster_export.h"
 
 namespace deepuav {
@@ -43,6 +42,7 @@ struct ExportArguments {
   std::string file, format;
   fs::path out;
   std::optional<int> map;
+  RunImages images;
   RasterArguments raster;
 };
 
@@ -65,15 +65,12 @@ void WriteOnEarth(const fs::path& out, const Map& map, const LoadedAtlas& loaded
 }
 
 constexpr std::array<ExportFormat, 10> kFormats = {{
-    {"ply", [](const fs::path& out, const Map& map, const LoadedAtlas&,
-               const ExportArguments&) { WritePly(out, LandmarkPoints(map)); }},
+    {"ply",
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+        const ExportArguments& arguments) { ExportPly(out, loaded, map.id(), arguments.images); }},
     {"las",
-     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
-       const Gauge gauge = loaded.atlas.GaugeOf(map.id());
-       if (gauge.kind != GaugeKind::kGeoreferenced) return WriteLas(out, LandmarkPoints(map));
-       const UtmZone zone = UtmZoneOf(gauge.origin);
-       WriteLas(out, LandmarkPointsInUtm(map, gauge.origin, zone), zone.Epsg());
-     }},
+     [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
+        const ExportArguments& arguments) { ExportLas(out, loaded, map.id(), arguments.images); }},
     {"colmap",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded, const ExportArguments&) {
        WriteColmapModel(out, map, loaded.camera, loaded.origin.image_names);
@@ -96,7 +93,7 @@ constexpr std::array<ExportFormat, 10> kFormats = {{
     {"orthophoto",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
         const ExportArguments& arguments) {
-       ExportOrthophoto(out, loaded, map.id(), arguments.file, arguments.raster);
+       ExportOrthophoto(out, loaded, map.id(), arguments.images, arguments.raster);
      }},
     {"dsm",
      [](const fs::path& out, const Map& map, const LoadedAtlas& loaded,
@@ -169,7 +166,8 @@ void AddExportCommand(CLI::App& app) {
   command->add_option("FILE", arguments->file, "A map.deepuav")->required();
   command
       ->add_option("--format", arguments->format,
-                   "ply, las: landmarks; colmap: a text model; tum, geojson, kml, gpx: path of the "
+                   "ply, las: landmarks, coloured; colmap: a text model; tum, geojson, kml, gpx: "
+                   "path of the "
                    "keyframes; csv: their poses and images; orthophoto, dsm: the ground as GeoTIFF")
       ->required()
       ->check(CLI::IsMember(FormatNames()));
@@ -180,13 +178,17 @@ void AddExportCommand(CLI::App& app) {
       ->check(NamedOutput());
   command->add_option("--map", arguments->map, "Only this map; all by default")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()).description(""));
+  AddImagesArgument(*command, arguments->images);
   AddRasterArguments(*command, arguments->raster);
   command->footer(
       "Examples:\n"
       "  deepuav map export out/map.deepuav --format las --out points.las\n"
       "  deepuav map export out/map.deepuav --format orthophoto --out ortho.tif --resolution 0.05\n"
       "  deepuav map export out/map.deepuav --format colmap --out sparse --map 0");
-  command->callback([arguments] { Export(*arguments); });
+  command->callback([arguments] {
+    arguments->images.map_file = arguments->file;
+    Export(*arguments);
+  });
 }
 
 }  // namespace

@@ -141,7 +141,7 @@ Json SurveyPictures(const LoadedAtlas& loaded, MapId map, std::unique_ptr<Datase
                {"cameras", CameraPlaces(scene, plan.raster)},
                {"errors", ErrorsJson(loaded.atlas.At(map), loaded.camera, options.error_columns)}};
   if (!dataset) return json;
-  const auto photographs = PhotographsOf(scene, std::move(dataset));
+  const auto photographs = PhotographsOf(scene.images, std::move(dataset));
   plan.cells_a_step = std::max(1, options.width_px / plan.raster.columns);
   cv::Mat4b picture = cv::Mat4b::zeros(MosaicSize(plan.surface.grid, plan.cells_a_step));
   MakeOrthophoto(

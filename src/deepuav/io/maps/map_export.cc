@@ -1,8 +1,25 @@
 #include "deepuav/io/maps/map_export.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace deepuav {
+namespace {
+
+/// As its representative observation shows it.
+uint8_t GreyOf(const Map& map, const Landmark& landmark) {
+  constexpr uint8_t kUnknown = 180;
+  const Keyframe& keyframe = map.At(landmark.representative.keyframe);
+  if (!keyframe.frame.image) return kUnknown;
+  const GreyImage& image = keyframe.frame.image->image();
+  const Eigen::Vector2f& px =
+      keyframe.features().keypoints[static_cast<size_t>(landmark.representative.keypoint)].image_px;
+  const cv::Point pixel(static_cast<int>(std::lround(px.x())),
+                        static_cast<int>(std::lround(px.y())));
+  return cv::Rect(cv::Point(), image.size()).contains(pixel) ? image(pixel) : kUnknown;
+}
+
+}  // namespace
 
 Trajectory KeyframeTrajectory(const Map& map, KeyframeId first) {
   std::vector<const Keyframe*> keyframes;
@@ -22,21 +39,17 @@ Trajectory KeyframeTrajectory(const Map& map, KeyframeId first) {
 }
 
 std::vector<ColouredPoint> LandmarkPoints(const Map& map) {
-  constexpr uint8_t kGrey = 180;
   std::vector<ColouredPoint> points;
   points.reserve(static_cast<size_t>(map.LandmarkCount()));
   map.landmarks().ForEach([&](const Landmark& landmark) {
-    points.push_back(ColouredPoint::Grey(landmark.position_world, kGrey));
+    points.push_back(ColouredPoint::Grey(landmark.position_world, GreyOf(map, landmark)));
   });
   return points;
 }
 
-std::vector<ColouredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
-                                               const UtmZone& zone) {
-  std::vector<ColouredPoint> points = LandmarkPoints(map);
-  for (ColouredPoint& point : points)
+void MoveIntoUtm(const GeoPoint& origin, const UtmZone& zone, std::vector<ColouredPoint>* points) {
+  for (ColouredPoint& point : *points)
     point.position = UtmFromGeo(zone, GeoFromLocal(origin, point.position));
-  return points;
 }
 
 }  // namespace deepuav

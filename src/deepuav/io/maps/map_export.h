@@ -12,11 +12,10 @@ namespace deepuav {
 /// The poses of the keyframes from `first` on, by growing time.
 Trajectory KeyframeTrajectory(const Map& map, KeyframeId first = {0});
 
-/// The landmarks by id, in the map's world. Grey: a map holds no colours.
+/// The landmarks by id, in the map's world, in the grey of their images: a map holds no colours.
 std::vector<ColouredPoint> LandmarkPoints(const Map& map);
 
-/// The same where the map is georeferenced: easting, northing and altitude in a zone.
-std::vector<ColouredPoint> LandmarkPointsInUtm(const Map& map, const GeoPoint& origin,
-                                               const UtmZone& zone);
+/// From a georeferenced map's world to easting, northing and altitude in a zone.
+void MoveIntoUtm(const GeoPoint& origin, const UtmZone& zone, std::vector<ColouredPoint>* points);
 
 }  // namespace deepuav

@@ -107,6 +107,29 @@ TEST(MapExport, PointsAreTheLandmarks) {
   const std::vector<ColouredPoint> points = LandmarkPoints(SmallMap());
   ASSERT_EQ(points.size(), 4u);
   EXPECT_EQ(points[1].position, Eigen::Vector3d(-1, 4, 3));
+  EXPECT_EQ(points[1].rgb, (std::array<uint8_t, 3>{180, 180, 180})) << "no image is kept";
+}
+
+TEST(MapExport, PointsHaveTheGreyOfTheirImages) {
+  const auto grey_with = [](float x, float y) {
+    Features features;
+    features.keypoints = {{{x, y}, {x, y}, 1, 1}};
+    features.descriptors = Descriptors(1);
+    features.descriptors.Append(std::vector<float>{1});
+    GreyImage image(5, 9, uint8_t{50});
+    image(2, 7) = 200;
+    Map map(MapId{0});
+    map.AddKeyframe(KeyframeId{0},
+                    {FrameId{0}, Timestamp{0}, std::make_shared<const Features>(features),
+                     std::make_shared<const ImagePyramid>(image, 1)},
+                    SE3());
+    map.AddLandmark(LandmarkId{0}, {0, 0, 1}, KeyframeId{0});
+    map.AddObservation(KeyframeId{0}, 0, LandmarkId{0});
+    return LandmarkPoints(map).front().rgb[0];
+  };
+  EXPECT_EQ(grey_with(7.4f, 1.6f), 200);
+  EXPECT_EQ(grey_with(6.4f, 1.6f), 50);
+  EXPECT_EQ(grey_with(9.2f, 1.6f), 180) << "past the image's edge";
 }
 
 }  // namespace

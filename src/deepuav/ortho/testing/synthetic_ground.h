@@ -57,8 +57,8 @@ class SyntheticGround {
       for (int column = 0; column < kColumns; ++column) {
         const SE3 world_from_cam(down, Eigen::Vector3d(column * kSpacing, row * kSpacing, kHeight));
         scene.scene.views.push_back({world_from_cam.Inverse(), {}});
-        scene.names.emplace_back("view");
-        scene.times.push_back({});
+        scene.images.names.emplace_back("view");
+        scene.images.times.push_back({});
       }
     }
     Random random(7);
