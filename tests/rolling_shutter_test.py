@@ -68,26 +68,37 @@ class RollingShutter(unittest.TestCase):
         self.assertEqual((once / "trajectory.txt").read_bytes(), (stopped / "trajectory.txt").read_bytes())
 
     def test_images_tell_turns_that_their_path_does_not(self):
-        """A camera that shakes faster than its images come, with a readout that is told."""
+        """A camera that shakes faster than its images come, with a readout that is told, and one that is not."""
         flight = self.folder / "flight"
         subprocess.run(command("simulate", "--flight", "jitter", "--seed", "5", "--out", flight, "--frames", "60",
                                "--set", "camera.rate_hz=10"), capture_output=True, timeout=TIMEOUT_S, check=True)
         error_m, said = {}, {}
         for rounds in (0, 3):
-            out = self.folder / f"turns_{rounds}"
-            result = subprocess.run(command("run", flight, "--use", "camera", "--out", out, "--set",
-                                            f"image_turns.rounds={rounds}"), capture_output=True, text=True,
-                                    timeout=TIMEOUT_S, check=True)
-            said[rounds] = result.stderr
-            self.assertEqual(self.summary(out)["frames"]["located"], 60)
-            result = subprocess.run(command("eval", flight, out / "trajectory.txt", "--align", "sim3", "--json",
-                                            out / "eval.json"), capture_output=True, timeout=TIMEOUT_S, check=True)
-            error_m[rounds] = json.loads((out / "eval.json").read_text())["ate_m"]["rmse"]
+            said[rounds], error_m[rounds] = self.run_shaken(flight, rounds)
         self.assertIn("shakes faster than its images come", said[0])
         self.assertNotIn("once more", said[0])
         self.assertNotIn("shakes faster", said[3])
         self.assertIn("once more from the first image on", said[3])
         self.assertLess(error_m[3], 0.2 * error_m[0])
+
+        sensor = flight / "mav0/cam0/sensor.yaml"
+        told = sensor.read_text()
+        sensor.write_text("".join(line for line in told.splitlines(True) if "readout" not in line))
+        said, error = self.run_shaken(flight, 3)
+        self.assertIn("images turned while they were read", said)
+        self.assertIn("once more from the first image on", said)
+        self.assertAlmostEqual(self.summary(self.folder / "turns_3")["found_readout"]["ms"], 15, delta=2)
+        self.assertLess(error, 0.3 * error_m[0])
+
+    def run_shaken(self, flight, rounds):
+        """What a run said, and its error in metres."""
+        out = self.folder / f"turns_{rounds}"
+        result = subprocess.run(command("run", flight, "--use", "camera", "--out", out, "--set", f"image_turns.rounds={rounds}"),
+                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
+        self.assertEqual(self.summary(out)["frames"]["located"], 60)
+        subprocess.run(command("eval", flight, out / "trajectory.txt", "--align", "sim3", "--json", out / "eval.json"),
+                       capture_output=True, timeout=TIMEOUT_S, check=True)
+        return result.stderr, json.loads((out / "eval.json").read_text())["ate_m"]["rmse"]
 
 
 if __name__ == "__main__":

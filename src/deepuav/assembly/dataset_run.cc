@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -142,8 +143,12 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
                             const RunHooks& hooks, FinishedRun* run) {
   const bool began_in_maps = loaded.has_value();
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
-  if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result))
+  if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result)) {
+    const std::map<Timestamp, ReadoutMotion> known = pass.result.image_turns;
     pass = PassAnew(camera, std::move(pass), hooks);
+    // The map may have begun where the first one had lost its images.
+    if (TellsMoreTurns(known, pass.result)) pass = PassAnew(camera, std::move(pass), hooks);
+  }
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
   run->camera = pass.camera;
@@ -185,6 +190,15 @@ bool DatasetRun::WasSpoilt(const SlamResult& result) const {
          result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
 }
 
+bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
+                                const SlamResult& result) const {
+  if (known.empty() || result.stopped || !result.failure.empty()) return false;
+  const auto is_new = [&](const auto& turn) { return !known.contains(turn.first); };
+  const auto more = std::ranges::count_if(result.image_turns, is_new);
+  return static_cast<double>(more) >=
+         options_.system.image_turns.begin_again_share * images_.count();
+}
+
 DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
@@ -194,8 +208,10 @@ DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const R
   SystemOptions knowing = options_.system;
   const bool tells_readout = spoilt.result.readout.has_value();
   knowing.mapping.readout.refine_known = tells_readout;
-  // What else a map says of its camera that writing has bent is not to be relied on.
-  const Camera& known = tells_readout ? spoilt.camera : camera;
+  // What else a map says of its camera that writing or turns have bent is not to be relied on.
+  const bool knows_lens = tells_readout && spoilt.result.image_turns.empty();
+  Camera known = knows_lens ? spoilt.camera : camera;
+  known.readout_s = spoilt.camera.readout_s;
   Eyes eyes(known, options_);
   Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
   const bool has_map = !pass.atlas.Remaining().empty();
@@ -207,7 +223,7 @@ DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const R
     return spoilt;
   }
   if (!pass.result.readout) pass.result.readout = spoilt.result.readout;
-  if (!pass.result.lens && tells_readout) pass.result.lens = spoilt.result.lens;
+  if (!pass.result.lens && knows_lens) pass.result.lens = spoilt.result.lens;
   return pass;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "deepuav/assembly/dataset_images.h"
+#include "deepuav/assembly/eyes.h"
 #include "deepuav/assembly/finished_run.h"
 #include "deepuav/assembly/loaded_maps.h"
 #include "deepuav/assembly/run_options.h"
@@ -65,6 +67,9 @@ class DatasetRun {
   /// Once more, without what `spoilt` left out; with the camera that it ended with where that tells
   /// a readout, else with the one it began with. `spoilt` itself where that ends early.
   Pass PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks);
+  /// Whether a run begun anew told turns of images that the first one did not.
+  bool TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
+                      const SlamResult& result) const;
 
   const Stopwatch since_start_;
   const DatasetRequest request_;

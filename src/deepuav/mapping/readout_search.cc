@@ -66,6 +66,10 @@ void HoldScale(BundleProblem* problem) {
 
 void ReadoutSearchOptions::Check() const { CheckOptions("mapping.readout", *this); }
 
+void ReadoutSearchOptions::CheckRelations() const {
+  CheckOption(min_s < max_s, "min_s", min_s, "less than max_s");
+}
+
 bool IsBelieved(const FoundReadout& found, const ReadoutSearchOptions& options) {
   return found.cost_share >= options.min_cost_share && found.change_s >= options.min_s &&
          found.change_s <= options.max_s && found.change_s >= options.min_sigmas * found.sigma_s;

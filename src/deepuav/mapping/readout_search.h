@@ -26,6 +26,7 @@ struct ReadoutSearchOptions {
   double begin_anew_share = 0.05;
 
   void Check() const;
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "",
@@ -36,7 +37,7 @@ struct ReadoutSearchOptions {
           "share of the cost of a map's errors that a readout must save", Between(0, 1));
     visit("min_sigmas", min_sigmas, "", "readout over its standard deviation, at least",
           Between(0, 1e6));
-    visit("min_s", min_s, "s", "shortest readout that is believed", Between(0, 1));
+    visit("min_s", min_s, "s", "shortest readout that is believed", Above(0, 1));
     visit("max_s", max_s, "s", "longest readout that is believed", Above(0, 10));
     visit("refine_known", refine_known, "", "find how much a readout is off that was told");
     visit("off_sigmas", off_sigmas, "",

@@ -189,13 +189,35 @@ TEST(SlamRollingShutter, FindsItByAGyroscopeWhereImagesComeTooRarely) {
   EXPECT_NEAR(by_gyroscope.slam->camera().readout_s, kReadoutS, 0.0015);
 }
 
-TEST(SlamRollingShutter, LeavesACameraThatReadsAllRowsAtOnce) {
-  const SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 1.5, 0);
+TEST(SlamRollingShutter, FindsItByTheImagesWhereNothingElseTells) {
+  SyntheticFlight flight = ReadByRows(BoxWorld(), 100, 8.3);
+  flight.camera.readout_s = 0;
   SystemOptions options = ThatFewKeyframesTell();
-  const Outcome searched = Fly(flight, Schedule::kSequential, options);
-  EXPECT_FALSE(searched.result.readout);
-  options.mapping.readout.enabled = false;
-  EXPECT_EQ(Bytes(searched.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.readout)
+      << "few keyframes may all be bent alike";
+  options.image_turns.min_keyframes = 3;
+  for (const double assumed_s : {0.6 * kReadoutS, 1.5 * kReadoutS}) {
+    options.image_turns.assumed_readout_s = assumed_s;
+    const Outcome found = Fly(flight, Schedule::kSequential, options);
+    ASSERT_TRUE(found.result.readout) << assumed_s;
+    EXPECT_NEAR(found.slam->camera().readout_s, kReadoutS, 0.25 * kReadoutS) << assumed_s;
+    EXPECT_EQ(found.result.image_turns.size(), 100U);
+    EXPECT_GT(found.result.image_turns_saved_share, ImageTurnOptions{}.begin_anew_share);
+    EXPECT_EQ(Located(found.result), 100);
+  }
+}
+
+TEST(SlamRollingShutter, LeavesACameraThatReadsAllRowsAtOnce) {
+  for (const double shaking_hz : {1.5, 8.3}) {
+    const SyntheticFlight flight = ReadByRows(BoxWorld(), 100, shaking_hz, 0);
+    SystemOptions options = ThatFewKeyframesTell();
+    options.image_turns.min_keyframes = 3;
+    const Outcome searched = Fly(flight, Schedule::kSequential, options);
+    EXPECT_FALSE(searched.result.readout);
+    EXPECT_TRUE(searched.result.image_turns.empty());
+    options.mapping.readout.enabled = false;
+    EXPECT_EQ(Bytes(searched.result), Bytes(Fly(flight, Schedule::kSequential, options).result));
+  }
 }
 
 TEST(SlamRollingShutter, FindsTheSameReadoutSequentialAndThreaded) {

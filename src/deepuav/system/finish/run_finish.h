@@ -45,8 +45,10 @@ class RunFinish {
   /// Where a rolling shutter read the images: all together tell how the camera moved meanwhile, and
   /// where these may be asked, each of its own turn.
   void FollowReadouts(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
-  /// Whether they tell what their path does not.
-  bool AskImages(MapId map, const Stop& stop, SlamResult* result) const;
+  /// What they tell that their path does not.
+  ImageTurns AskImages(MapId map, double min_saved_share, const Stop& stop,
+                       SlamResult* result) const;
+  void KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result) const;
   ReadoutFollowing MakeReadoutFollowing(const TrajectoryFinish& finish) const;
   /// Gives first keyframes of a map the poses that what came later tells, and adjusts it then.
   void StraightenStart(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
@@ -54,6 +56,11 @@ class RunFinish {
   bool SeeksReadout() const;
   /// Where the camera's readout is not told, the largest map may.
   void FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const;
+  /// Where the path does not tell it, images that turned while they were read may.
+  void FindReadoutByImages(MapId map, const Stop& stop, SlamResult* result) const;
+  /// Of images that told their turns; adjusts the map.
+  void RefineReadoutByImages(MapId map, ImageTurns turns, const Stop& stop,
+                             SlamResult* result) const;
   /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
   /// Whether the adjustment refines the focal length: with the largest map.

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_check.h"
 #include "deepuav/map/frame_motion.h"
 
@@ -57,6 +58,12 @@ TurningAt TurnsOfPath(const Trajectory& path, double readout_s, double max_step_
   return turns;
 }
 
+Turning TurningOf(const ReadoutMotion& motion) {
+  Turning turning;
+  turning << motion.turn_rad, motion.bend_rad;
+  return turning;
+}
+
 ReadoutMotion MotionOf(const Turning& turning) {
   ReadoutMotion motion;
   motion.turn_rad = turning.head<3>();
@@ -69,11 +76,7 @@ struct Told {
   Turning known;   ///< So far.
   Turning change;  ///< That it wants.
   double sigma_rad = 0;
-};
-
-struct AllTold {
-  std::map<Timestamp, Told> images;
-  double cost_known = 0, cost = 0;
+  double cost_known = 0, cost = 0;  ///< Of what it sees, without that change and with it.
 };
 
 /// A turn fits some of the noise, too: what would have been saved by nothing is taken back.
@@ -82,50 +85,108 @@ double ForFreedom(int observations, TurnModel model) {
   return (2.0 * observations - pose) / (2.0 * observations - pose - turn);
 }
 
-/// Of images about which the path's own slow turn is known.
-AllTold AskImages(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
-                  const PoseOfFrame& pose_of_frame, const Camera& camera, TurnModel model,
-                  const ImageTurnOptions& options, const TurningAt& steps,
-                  const std::function<bool()>& stop) {
-  const Map& in = atlas.At(map);
-  AllTold told;
-  for (const FrameRecord& record : records) {
-    if (stop && stop()) return {};
-    if (!record.located() || atlas.Current(record.map) != in.id()) continue;
-    if (!SlowPart(steps, record.time, options.slow_s)) continue;
-    const SE3 pose = pose_of_frame(record);
-    const auto rows = RowsSeen(in, record, pose, camera);
-    const auto known =
-        OptimiseTurningPose(camera.pinhole, rows, pose, TurnModel::kNone, options.pose);
-    const auto found = OptimiseTurningPose(camera.pinhole, rows, pose, model, options.pose);
-    if (!known || !found) continue;
-    told.cost_known += known->cost;
-    told.cost += found->cost * ForFreedom(found->used, model);
-    Told& of = told.images[record.time];
-    of.known << record.seen_motion.turn_rad, record.seen_motion.bend_rad;
-    of.change << found->turn_rad, found->bend_rad;
-    of.sigma_rad = found->turn_sigma_rad;
+/// Asks images of a map.
+class ImageQuestion {
+ public:
+  ImageQuestion(const Map& map, const Camera& camera, TurnModel model,
+                const TurningPoseOptions& options)
+      : map_(map), camera_(camera), model_(model), options_(options) {}
+
+  /// Nothing where it sees too little.
+  std::optional<Told> Ask(const FrameRecord& record, const SE3& pose) const {
+    const auto rows = RowsSeen(map_, record, pose, camera_);
+    const auto known = OptimiseTurningPose(camera_.pinhole, rows, pose, TurnModel::kNone, options_);
+    const auto found = OptimiseTurningPose(camera_.pinhole, rows, pose, model_, options_);
+    if (!known || !found) return std::nullopt;
+    Told told;
+    told.known = TurningOf(record.seen_motion);
+    told.change << found->turn_rad, found->bend_rad;
+    told.sigma_rad = found->turn_sigma_rad;
+    told.cost_known = known->cost;
+    told.cost = found->cost * ForFreedom(found->used, model_);
+    return told;
   }
-  return told;
+
+ private:
+  const Map& map_;
+  const Camera& camera_;
+  const TurnModel model_;
+  const TurningPoseOptions& options_;
+};
+
+double SavedShare(const std::map<Timestamp, Told>& told) {
+  double known = 0, left = 0;
+  for (const auto& [time, of] : told) {
+    known += of.cost_known;
+    left += of.cost;
+  }
+  return known > 0 ? 1 - left / known : 0;
 }
 
-/// Without what is slow in them. Fills in how much that changes what is known.
-TurningAt QuickPart(const std::map<Timestamp, Told>& told, double slow_s, ImageTurns* turns) {
-  TurningAt change, all, quick;
+/// Images that see little, or all of it in a few rows, hardly tell how they turned: that is not to
+/// hide what the others tell.
+double MostSureSigma(const std::map<Timestamp, Told>& told, double max_ratio) {
+  std::vector<double> sigmas_rad;
+  for (const auto& [time, of] : told) sigmas_rad.push_back(of.sigma_rad);
+  return max_ratio * Median(std::move(sigmas_rad));
+}
+
+/// Without what is slow in those of images that are sure or, where there are none near, in all.
+TurningAt QuickPart(const TurningAt& all, const std::map<Timestamp, Told>& told,
+                    double max_sigma_rad, double slow_s) {
+  TurningAt sure, quick;
+  for (const auto& [time, turning] : all) {
+    if (told.at(time).sigma_rad <= max_sigma_rad) sure[time] = turning;
+  }
+  for (const auto& [time, turning] : all) {
+    const auto slow = SlowPart(sure, time, slow_s);
+    quick[time] = turning - (slow ? *slow : *SlowPart(all, time, slow_s));
+  }
+  return quick;
+}
+
+/// Mean square of the turns about an axis, of images that are sure.
+double MeanSquare(const TurningAt& turns, const std::map<Timestamp, Told>& told,
+                  double max_sigma_rad) {
+  double sum = 0, count = 0;
+  for (const auto& [time, turning] : turns) {
+    if (told.at(time).sigma_rad > max_sigma_rad) continue;
+    sum += turning.head<3>().squaredNorm() / 3;
+    ++count;
+  }
+  return sum / count;
+}
+
+double MeanSquaredNoise(const std::map<Timestamp, Told>& told, double max_sigma_rad) {
+  double sum = 0, count = 0;
+  for (const auto& [time, of] : told) {
+    if (of.sigma_rad > max_sigma_rad) continue;
+    sum += of.sigma_rad * of.sigma_rad;
+    ++count;
+  }
+  return sum / count;
+}
+
+/// What is quick in them, each as far as it is to be told from noise. Fills in how much that
+/// changes what is known.
+TurningAt QuickTurns(const std::map<Timestamp, Told>& told, const ImageTurnOptions& options,
+                     ImageTurns* turns) {
+  TurningAt change, all;
   for (const auto& [time, of] : told) {
     change[time] = of.change;
     all[time] = of.known + of.change;
   }
-  double changed = 0, noise = 0;
-  for (const auto& [time, of] : told) {
-    quick[time] = all[time] - *SlowPart(all, time, slow_s);
-    const Turning quick_change = of.change - *SlowPart(change, time, slow_s);
-    changed += quick_change.head<3>().squaredNorm() / 3;
-    noise += of.sigma_rad * of.sigma_rad;
+  const double most_rad = MostSureSigma(told, options.max_sigma_ratio);
+  TurningAt quick = QuickPart(all, told, most_rad, options.slow_s);
+  const double noise = MeanSquaredNoise(told, most_rad);
+  turns->noise_rad = std::sqrt(noise);
+  turns->changed_rad =
+      std::sqrt(MeanSquare(QuickPart(change, told, most_rad, options.slow_s), told, most_rad));
+  const double signal = std::max(0.0, MeanSquare(quick, told, most_rad) - noise);
+  for (auto& [time, turning] : quick) {
+    const double sigma_rad = told.at(time).sigma_rad;
+    if (sigma_rad > 0) turning *= signal / (signal + sigma_rad * sigma_rad);
   }
-  const double count = std::max<double>(1, static_cast<double>(told.size()));
-  turns->changed_rad = std::sqrt(changed / count);
-  turns->noise_rad = std::sqrt(noise / count);
   return quick;
 }
 
@@ -133,33 +194,44 @@ TurningAt QuickPart(const std::map<Timestamp, Told>& told, double slow_s, ImageT
 
 void ImageTurnOptions::Check() const { CheckOptions("image_turns", *this); }
 
+std::map<Timestamp, ReadoutMotion> SlowTurns(const Trajectory& path, double readout_s,
+                                             const ImageTurnOptions& options) {
+  const TurningAt steps = TurnsOfPath(path, readout_s, options.max_step_s);
+  std::map<Timestamp, ReadoutMotion> motions;
+  for (const TimedPose& at : path) {
+    if (const auto slow = SlowPart(steps, at.time, options.slow_s))
+      motions[at.time] = MotionOf(*slow);
+  }
+  return motions;
+}
+
 ImageTurns MeasureImageTurns(const Atlas& atlas, MapId map, const std::vector<FrameRecord>& records,
                              const PoseOfFrame& pose_of_frame, const Camera& camera,
                              TurnModel model, const ImageTurnOptions& options,
                              const std::function<bool()>& stop) {
-  const Trajectory path = PathIn(atlas, map, records, pose_of_frame);
-  const TurningAt steps = TurnsOfPath(path, camera.readout_s, options.max_step_s);
-  const AllTold told =
-      AskImages(atlas, map, records, pose_of_frame, camera, model, options, steps, stop);
   ImageTurns turns;
-  if (told.images.empty()) return turns;
-  turns.saved_share = told.cost_known > 0 ? 1 - told.cost / told.cost_known : 0;
-  const TurningAt quick = QuickPart(told.images, options.slow_s, &turns);
-  for (const TimedPose& at : path) {
-    const auto slow = SlowPart(steps, at.time, options.slow_s);
-    if (!slow) continue;
-    const auto own = quick.find(at.time);
-    if (own != quick.end()) {
-      turns.motions[at.time] = MotionOf(*slow + own->second);
-    } else {
-      turns.slow_motions[at.time] = MotionOf(*slow);
-    }
+  turns.slow_motions =
+      SlowTurns(PathIn(atlas, map, records, pose_of_frame), camera.readout_s, options);
+  const ImageQuestion question(atlas.At(map), camera, model, options.pose);
+  std::map<Timestamp, Told> told;
+  for (const FrameRecord& record : records) {
+    if (stop && stop()) return {};
+    if (!record.located() || atlas.Current(record.map) != atlas.Current(map)) continue;
+    if (!turns.slow_motions.contains(record.time)) continue;
+    if (const auto answer = question.Ask(record, pose_of_frame(record)))
+      told[record.time] = *answer;
+  }
+  if (told.empty()) return {};
+  turns.saved_share = SavedShare(told);
+  for (const auto& [time, quick] : QuickTurns(told, options, &turns)) {
+    const auto slow = turns.slow_motions.extract(time);
+    turns.motions[time] = MotionOf(TurningOf(slow.mapped()) + quick);
   }
   return turns;
 }
 
-bool AreBelieved(const ImageTurns& turns, const ImageTurnOptions& options) {
-  return !turns.motions.empty() && turns.saved_share >= options.min_cost_share &&
+bool AreBelieved(const ImageTurns& turns, double min_cost_share, const ImageTurnOptions& options) {
+  return !turns.motions.empty() && turns.saved_share >= min_cost_share &&
          turns.changed_rad >= options.min_spread * turns.noise_rad;
 }
 

@@ -21,9 +21,14 @@ struct ImageTurnOptions {
   double sigma_rad = 0.003;  ///< Of a turn that an image told, when a run begins anew.
   /// Of a map that may tell: what a few have in common may as well be a bent map.
   int min_keyframes = 12;
-  double min_spread = 1.5;       ///< Of these turns over their standard deviation, to be believed.
-  double min_cost_share = 0.02;  ///< Of the images' errors, that turns of their own must save...
-  double begin_anew_share = 0.05;  ///< ...and from which on a run begins anew, knowing them.
+  double min_spread = 1.5;     ///< Of these turns over their standard deviation, to be believed.
+  double max_sigma_ratio = 3;  ///< Of an image's turn over the median of all, to be sure.
+  double assumed_readout_s = 0.02;     ///< Where it is not known, while images are asked...
+  double untold_cost_share = 0.05;     ///< ...and what they must save of their errors then.
+  double max_readout_sigma_s = 0.003;  ///< Of one that is found then, to be believed.
+  double min_cost_share = 0.02;     ///< Of the images' errors, that turns of their own must save...
+  double begin_anew_share = 0.05;   ///< ...and from which on a run begins anew, knowing them.
+  double begin_again_share = 0.02;  ///< Of images that tell theirs only then, to do so once more.
   TurningPoseOptions pose;
 
   void Check() const;
@@ -40,8 +45,23 @@ struct ImageTurnOptions {
     visit("sigma_rad", sigma_rad, "rad",
           "standard deviation of a turn that an image told, for the run that begins anew",
           Between(0, 10));
+    visit("max_sigma_ratio", max_sigma_ratio, "",
+          "standard deviation of a turn that an image tells over the median of all, up to which it "
+          "says "
+          "how much all turn",
+          Between(1, 1000));
     visit("min_keyframes", min_keyframes, "", "keyframes of a map that may tell turns of images",
           Between(2, 1'000'000));
+    visit("assumed_readout_s", assumed_readout_s, "s",
+          "readout of a camera of which nothing tells whether it reads all rows at once, while "
+          "images are asked whether they turned",
+          Above(0, 1));
+    visit("untold_cost_share", untold_cost_share, "",
+          "share of the images' errors that turns of their own must save there; 1: never",
+          Between(0, 1));
+    visit("max_readout_sigma_s", max_readout_sigma_s, "s",
+          "standard deviation of the readout found there, at most: else it stays as assumed",
+          Above(0, 1));
     visit("min_spread", min_spread, "",
           "turns that images tell over what their noise would make of none, at least, root mean "
           "square: else the path knows better",
@@ -50,6 +70,11 @@ struct ImageTurnOptions {
           "share of the images' errors that turns of their own must save", Between(0, 1));
     visit("begin_anew_share", begin_anew_share, "",
           "share from which on a run begins anew, knowing these turns", Between(0, 1));
+    visit(
+        "begin_again_share", begin_again_share, "",
+        "share of the images that tell their turns only in the run that began anew, from which on "
+        "it does so once more; 1: never",
+        Between(0, 1));
     pose.Visit(visit);
   }
 };
@@ -75,8 +100,12 @@ ImageTurns MeasureImageTurns(const Atlas& atlas, MapId map, const std::vector<Fr
                              TurnModel model, const ImageTurnOptions& options,
                              const std::function<bool()>& stop = nullptr);
 
+/// How a path turns slowly, in a readout. Of poses between others alone that are not far.
+std::map<Timestamp, ReadoutMotion> SlowTurns(const Trajectory& path, double readout_s,
+                                             const ImageTurnOptions& options);
+
 /// Whether images show turns that are not known yet.
-bool AreBelieved(const ImageTurns& turns, const ImageTurnOptions& options);
+bool AreBelieved(const ImageTurns& turns, double min_cost_share, const ImageTurnOptions& options);
 
 /// Has the path's images turn so.
 void TakeTurns(const ImageTurns& turns, ReadoutPath* path);

@@ -48,7 +48,7 @@ TEST_F(ImageTurnsTest, TellWhatTheirPathDoesNot) {
   const ImageTurns turns = Measure();
   EXPECT_EQ(turns.motions.size(), kFrames);
   EXPECT_GT(turns.saved_share, 0.5);
-  EXPECT_TRUE(AreBelieved(turns, {}));
+  EXPECT_TRUE(AreBelieved(turns, ImageTurnOptions().min_cost_share, {}));
   EXPECT_LT(TurnError(turns), 0.25 * Turned());
   // What is left is how the turn bends.
   EXPECT_LT(TurnError(Measure(TurnModel::kTurnAndBend)), 0.2 * Turned());
@@ -86,7 +86,7 @@ TEST_F(ImageTurnsTest, AreNotAskedWhereNothingTellsTheSlowOnes) {
   Fly(9, 0.3);
   const ImageTurns turns = Measure();
   EXPECT_TRUE(turns.motions.empty() && turns.slow_motions.empty());
-  EXPECT_FALSE(AreBelieved(turns, {}));
+  EXPECT_FALSE(AreBelieved(turns, ImageTurnOptions().min_cost_share, {}));
 }
 
 TEST_F(ImageTurnsTest, AreNoneOnceARunIsStopped) {
@@ -99,7 +99,7 @@ TEST_F(ImageTurnsTest, AreNoneOnceARunIsStopped) {
       TurnModel::kTurn, {}, [&asked] { return ++asked > 3; });
   EXPECT_EQ(asked, 4);
   EXPECT_TRUE(turns.motions.empty());
-  EXPECT_FALSE(AreBelieved(turns, {}));
+  EXPECT_FALSE(AreBelieved(turns, ImageTurnOptions().min_cost_share, {}));
 }
 
 TEST_F(ImageTurnsTest, AreNoiseOfACameraThatReadsAllRowsAtOnce) {
@@ -107,7 +107,7 @@ TEST_F(ImageTurnsTest, AreNoiseOfACameraThatReadsAllRowsAtOnce) {
   noise_px_ = 0.3;
   Fly(9, 0.1);
   const ImageTurns turns = Measure();
-  EXPECT_FALSE(AreBelieved(turns, {}));
+  EXPECT_FALSE(AreBelieved(turns, ImageTurnOptions().min_cost_share, {}));
   EXPECT_NEAR(turns.changed_rad, turns.noise_rad, 0.3 * turns.noise_rad);
 }
 

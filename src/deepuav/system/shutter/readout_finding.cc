@@ -6,21 +6,13 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/inertial/camera_turns.h"
 #include "deepuav/map/frame_motion.h"
+#include "deepuav/system/shutter/readout_rounds.h"
 
 namespace deepuav {
 namespace {
 
 /// Over which a gyroscope tells how images turn until something better is known.
 constexpr double kTypicalReadoutS = 0.02;
-
-/// What contradicts a shutter that reads all rows at once was taken for outliers while the map was
-/// made, and bends its path: so each round finds but a part of what is left, and what all rounds to
-/// come would find is the sum of a geometric series (Aitken's process).
-double Extrapolated(double last_s, double now_s) {
-  constexpr double kMaxRatio = 0.75;
-  const double ratio = last_s != 0 ? std::clamp(now_s / last_s, 0.0, kMaxRatio) : 0;
-  return now_s / (1 - ratio);
-}
 
 }  // namespace
 
@@ -55,7 +47,7 @@ std::optional<FoundReadout> ReadoutFinding::FindBy(TurnsBy source, MapId map,
     const auto more = run_.mapper->SearchReadout(
         map, MotionsOfKeyframes(path_per_s, run_.atlas->At(map), run_.first_new_keyframe), stop);
     if (!more || (!found && !counts(*more))) break;
-    const double change_s = found ? Extrapolated(found->change_s, more->change_s) : more->change_s;
+    const double change_s = found ? SumOfRounds(found->change_s, more->change_s) : more->change_s;
     found = more;
     run_.camera->readout_s = std::clamp(run_.camera->readout_s + change_s, 0.0, search_.max_s);
     Take(run_.camera->readout_s, std::move(path_per_s), map, records);

@@ -1,6 +1,10 @@
 #include "deepuav/system/shutter/readout_following.h"
 
+#include <algorithm>
+
 #include "deepuav/base/logging.h"
+#include "deepuav/map/frame_motion.h"
+#include "deepuav/system/shutter/readout_rounds.h"
 
 namespace deepuav {
 
@@ -15,7 +19,8 @@ bool ReadoutFollowing::FollowPath(MapId map, const std::function<bool()>& stop,
   return true;
 }
 
-ImageTurns ReadoutFollowing::FollowImages(MapId map, const std::function<bool()>& stop,
+ImageTurns ReadoutFollowing::FollowImages(MapId map, double min_saved_share,
+                                          const std::function<bool()>& stop,
                                           std::vector<FrameRecord>* records) const {
   ImageTurns turns;
   double saved_share = 0;
@@ -27,22 +32,74 @@ ImageTurns ReadoutFollowing::FollowImages(MapId map, const std::function<bool()>
     const TurnModel model = round < images_.rounds ? TurnModel::kTurn : TurnModel::kTurnAndBend;
     ImageTurns found = TurnsOf(map, model, stop, *records);
     Log().debug(
-        "map {}: turns of each image's own save {:.1f} % of its errors, {:.2f} of {:.2f} mrad",
-        map.value, 100 * found.saved_share, 1e3 * found.changed_rad, 1e3 * found.noise_rad);
+        "map {}: turns of {} images' own save {:.1f} % of their errors, {:.2f} of {:.2f} mrad; {} "
+        "turn as the path",
+        map.value, found.motions.size(), 100 * found.saved_share, 1e3 * found.changed_rad,
+        1e3 * found.noise_rad, found.slow_motions.size());
     if (round == 0) {
-      if (!AreBelieved(found, images_)) return {};
+      if (!AreBelieved(found, min_saved_share, images_)) return {};
       saved_share = found.saved_share;
       LocateLost(map, stop, records);
     }
     if (found.motions.empty()) break;  // stopped meanwhile
     turns = std::move(found);
-    ReadoutPath path = PathOf(map, *records);
-    TakeTurns(turns, &path);
-    Take(path, map, records);
-    MarkMeasured(turns, *run_.atlas, map, records);
+    TakeImages(turns, map, records);
   }
   turns.saved_share = saved_share;
   return turns;
+}
+
+std::optional<FoundReadout> ReadoutFollowing::FindReadout(MapId map,
+                                                          const std::function<bool()>& stop,
+                                                          std::vector<FrameRecord>* records,
+                                                          ImageTurns* turns) const {
+  std::optional<FoundReadout> found;
+  for (int round = 0; round < path_.rounds && !stop(); ++round) {
+    Adjust(map, stop);
+    const auto more =
+        run_.mapper->SearchReadout(map,
+                                   MotionsOfKeyframes(SlowPathPerS(map, *records),
+                                                      run_.atlas->At(map), run_.first_new_keyframe),
+                                   stop);
+    if (!more || more->sigma_s > images_.max_readout_sigma_s) break;
+    const double change_s = found ? SumOfRounds(found->change_s, more->change_s) : more->change_s;
+    const double before_s = run_.camera->readout_s;
+    run_.camera->readout_s = std::clamp(before_s + change_s, search_.min_s, search_.max_s);
+    ImageTurns now = TurnsOf(map, TurnModel::kTurnAndBend, stop, *records);
+    if (now.motions.empty()) {  // stopped meanwhile
+      run_.camera->readout_s = before_s;
+      break;
+    }
+    found = more;
+    now.saved_share = turns->saved_share;
+    *turns = std::move(now);
+    TakeImages(*turns, map, records);
+  }
+  return found;
+}
+
+ReadoutPath ReadoutFollowing::SlowPathPerS(MapId map,
+                                           const std::vector<FrameRecord>& records) const {
+  constexpr double kOneSecond = 1;
+  const PoseOfFrame pose_of_frame = [this](const FrameRecord& record) {
+    return finish_.RefinedPose(record);
+  };
+  ReadoutPath path = FindReadoutPath(*run_.atlas, map, records, pose_of_frame, kOneSecond, path_);
+  const auto turns =
+      SlowTurns(PathIn(*run_.atlas, map, records, pose_of_frame), kOneSecond, images_);
+  for (auto& [time, motion] : path.motions) {
+    const auto turn = turns.find(time);
+    motion = WithTurnOf(turn == turns.end() ? ReadoutMotion() : turn->second, motion);
+  }
+  return path;
+}
+
+void ReadoutFollowing::TakeImages(const ImageTurns& turns, MapId map,
+                                  std::vector<FrameRecord>* records) const {
+  ReadoutPath path = PathOf(map, *records);
+  TakeTurns(turns, &path);
+  Take(path, map, records);
+  MarkMeasured(turns, *run_.atlas, map, records);
 }
 
 void ReadoutFollowing::LocateLost(MapId map, const std::function<bool()>& stop,

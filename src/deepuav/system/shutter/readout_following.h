@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "deepuav/mapping/mapper.h"
@@ -23,18 +24,25 @@ class ReadoutFollowing {
     KeyframeId first_new_keyframe;  ///< Those before it were loaded.
   };
 
-  ReadoutFollowing(const ReadoutPathOptions& path, const ImageTurnOptions& images, const Run& run,
+  ReadoutFollowing(const ReadoutPathOptions& path, const ImageTurnOptions& images,
+                   const ReadoutSearchOptions& search, const Run& run,
                    const TrajectoryFinish& finish)
-      : path_(path), images_(images), run_(run), finish_(finish) {}
+      : path_(path), images_(images), search_(search), run_(run), finish_(finish) {}
 
   /// As the path says, but for turns that were measured. False, and nothing changed, where there
   /// are none and images come too rarely to tell. The map is to be adjusted afterwards.
   bool FollowPath(MapId map, const std::function<bool()>& stop,
                   std::vector<FrameRecord>* records) const;
-  /// Where the images contradict the turns that are known: as they say, which is returned. The map
-  /// is to be adjusted afterwards.
-  ImageTurns FollowImages(MapId map, const std::function<bool()>& stop,
+  /// Where the images contradict the turns that are known, and turns of their own save a share of
+  /// their errors: as they say, which is returned. The map is to be adjusted afterwards.
+  ImageTurns FollowImages(MapId map, double min_saved_share, const std::function<bool()>& stop,
                           std::vector<FrameRecord>* records) const;
+  /// Where images told how they turned, of a readout that was assumed: how long it takes, by how
+  /// the camera travelled and slowly turned meanwhile. `camera`, map and `turns` follow that.
+  /// Nothing where that tells it badly, as of a camera that hovers.
+  std::optional<FoundReadout> FindReadout(MapId map, const std::function<bool()>& stop,
+                                          std::vector<FrameRecord>* records,
+                                          ImageTurns* turns) const;
 
  private:
   /// Frames without a pose get one in the map where they can, so that they are asked, too.
@@ -43,11 +51,15 @@ class ReadoutFollowing {
   ReadoutPath PathOf(MapId map, const std::vector<FrameRecord>& records) const;
   ImageTurns TurnsOf(MapId map, TurnModel model, const std::function<bool()>& stop,
                      const std::vector<FrameRecord>& records) const;
+  /// How the camera travels and slowly turns.
+  ReadoutPath SlowPathPerS(MapId map, const std::vector<FrameRecord>& records) const;
+  void TakeImages(const ImageTurns& turns, MapId map, std::vector<FrameRecord>* records) const;
   void Take(const ReadoutPath& path, MapId map, std::vector<FrameRecord>* records) const;
   void Adjust(MapId map, const std::function<bool()>& stop) const;
 
   const ReadoutPathOptions& path_;
   const ImageTurnOptions& images_;
+  const ReadoutSearchOptions& search_;
   const Run run_;
   const TrajectoryFinish& finish_;
 };
