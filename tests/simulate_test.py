@@ -1,55 +1,16 @@
 #!/usr/bin/env python3
-"""`deepuav simulate` as its users meet it: the dataset, going on after an interruption, wrong use.
+"""`deepuav simulate` as its users meet it: the dataset that it writes.
 
   simulate_test.py DEEPUAV
 """
-import resource
-import signal
 import struct
-import subprocess
-import sys
-import tempfile
-import time
-import unittest
 from pathlib import Path
 
+from program_under_test import FAILURE, main
+from simulate_fixtures import DatasetTest, call, files_of, rows_of
+
 ROOT = Path(__file__).resolve().parents[1]
-FAILURE, WRONG_USE = 1, 2
-DEEPUAV = None
-FLIGHT = """
-flight:
-  scene: village
-  duration_s: 2
-course:
-  kind: circuit
-  length_m: 60
-  width_m: 30
-camera:
-  model: pinhole
-  width: 96
-  height: 64
-  fx: 70
-  fy: 70
-  cx: 47.5
-  cy: 31.5
-  rate_hz: 4
-scene:
-  extent_m: 400
-  town_radius_m: 60
-"""
 FRAMES = 9  # 0 to 2 s at 4 Hz
-
-
-def call(*arguments):
-    return subprocess.run([DEEPUAV, *map(str, arguments)], capture_output=True, text=True, timeout=200, check=False)
-
-
-def files_of(folder):
-    return {str(file.relative_to(folder)): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file()}
-
-
-def rows_of(file):
-    return [line.split(",") for line in file.read_text().splitlines() if not line.startswith("#")]
 
 
 def png_format(file):
@@ -57,36 +18,7 @@ def png_format(file):
     return struct.unpack(">IIBB", file.read_bytes()[16:26])
 
 
-class SimulateTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.scratch = tempfile.TemporaryDirectory(prefix="deepuav-simulate-test-")
-        cls.folder = Path(cls.scratch.name)
-        cls.flight = cls.folder / "flight.yaml"
-        cls.flight.write_text(FLIGHT)
-        cls.dataset = cls.folder / "dataset"
-        cls.result = cls.simulate(cls.dataset)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.scratch.cleanup()
-
-    @classmethod
-    def simulate(cls, out, *more):
-        return call("simulate", "--flight", cls.flight, "--out", out, *more)
-
-    def expect_success(self, result):
-        self.assertEqual(result.returncode, 0, result.stderr)
-        for line in result.stderr.splitlines():  # how far it is, on a slow machine
-            self.assertRegex(line, r"^info: \d+ of \d+ frames, ")
-
-    def expect_failure(self, result, status, *parts):
-        self.assertEqual(result.returncode, status, result.stderr)
-        self.assertTrue(result.stderr.startswith("deepuav: "), result.stderr)
-        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
-        for part in parts:
-            self.assertIn(part, result.stderr)
-
+class Simulate(DatasetTest):
     def test_help_and_list(self):
         self.assertIn("Examples", call("simulate", "--help").stdout)
         listed = call("simulate", "--list").stdout
@@ -133,40 +65,11 @@ class SimulateTest(unittest.TestCase):
             offset = [float(a) - b for a, b in zip(row[1:4], states[row[0]])]
             self.assertAlmostEqual(sum(x * x for x in offset) ** 0.5, (0.1 ** 2 + 0.03 ** 2) ** 0.5, places=9)
 
-    def test_same_options_same_bytes_also_in_pieces(self):
-        pieces = self.folder / "pieces"
-        self.expect_success(self.simulate(pieces, "--frames", 3, "--threads", 1))
-        self.assertEqual(len(rows_of(pieces / "mav0/cam0/data.csv")), 3)
-        images = sorted((pieces / "mav0/cam0/data").iterdir())
-        self.assertEqual(len(images), 3)
-        kept = images[0].stat().st_mtime_ns
-        images[1].unlink()
-        self.expect_success(self.simulate(pieces))
-        self.assertEqual(images[0].stat().st_mtime_ns, kept)
-        self.assertEqual(files_of(pieces), files_of(self.dataset))
-
     def test_seed_changes_the_flight(self):
         other = self.folder / "seed"
         self.expect_success(self.simulate(other, "--seed", 2, "--frames", 1))
         for file in ("mav0/imu0/data.csv", "mav0/gps0/data.csv", "mav0/baro0/data.csv", "groundtruth_cam0.csv"):
             self.assertNotEqual((other / file).read_bytes(), (self.dataset / file).read_bytes(), file)
-
-    def test_folder_of_another_flight_is_refused(self):
-        before = files_of(self.dataset)
-        self.expect_failure(self.simulate(self.dataset, "--set", "course.height_m=50"), FAILURE, "other options")
-        self.assertEqual(files_of(self.dataset), before)
-
-    def test_flight_written_before_an_option_came_goes_on(self):
-        out = self.folder / "older"
-        self.expect_success(self.simulate(out, "--frames", 1))
-        options = out / "simulation.yaml"
-        older = "".join(line for line in options.read_text().splitlines(keepends=True) if "lorry_fraction" not in line)
-        options.write_text(older)
-        self.expect_success(self.simulate(out, "--frames", 2))
-        self.assertEqual(options.read_text(), older)
-        self.expect_failure(self.simulate(out, "--set", "scene.lorry_fraction=0.5"), FAILURE, "other options")
-        options.write_text(older + "future: 1\n")
-        self.expect_failure(self.simulate(out), FAILURE, "other options")
 
     def test_written_options_are_a_flight(self):
         again = self.folder / "again"
@@ -215,107 +118,6 @@ class SimulateTest(unittest.TestCase):
         self.expect_success(self.simulate(at_once, "--frames", 2, "--moving-mask", *cars))
         self.assertEqual(files_of(at_once), files_of(out))
 
-    def test_signal_ends_it_and_it_goes_on(self):
-        for sent, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
-            with self.subTest(sent.name):
-                self.end_by(sent, status)
-
-    def end_by(self, sent, status):
-        out = self.folder / sent.name
-        more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
-        images_of_all = 801  # of two seconds
-        process = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
-                                   stdout=subprocess.DEVNULL)
-        images = out / "mav0/cam0/data"
-        deadline = time.monotonic() + 100
-        while not (images.is_dir() and list(images.glob("*.jpg"))) and time.monotonic() < deadline:
-            time.sleep(0.01)
-        process.send_signal(sent)
-        self.assertEqual(process.wait(timeout=60), status)
-        listed = rows_of(out / "mav0/cam0/data.csv")
-        self.assertTrue(0 < len(listed) < images_of_all, len(listed))
-        self.assertEqual({row[1] for row in listed}, {image.name for image in images.iterdir()})
-        self.expect_success(self.simulate(out, *more))
-        self.assertEqual(len(rows_of(out / "mav0/cam0/data.csv")), images_of_all)
-
-    def test_wrong_use(self):
-        out = self.folder / "wrong"
-        for arguments, parts in (
-                ([], ["--flight"]), (["--flight", "orbit"], ["--out"]),
-                (["--flight", "orbitt", "--out", out], ["orbitt", "'orbit'"]),
-                (["--flight", self.flight, "--out", out, "--set", "course.hight_m=3"], ["'course.height_m'"]),
-                (["--flight", self.flight, "--out", out, "--set", "course.kind=loop"], ["course.kind is 'loop'"]),
-                (["--flight", self.flight, "--out", out, "--set", "camera.fx=-1"], ["fx"]),
-                (["--flight", self.flight, "--out", out, "--set", "camera.model=equidistant", "--set",
-                  "camera.distortion=1 2"], ["distortion"]),
-                (["--flight", self.flight, "--out", out, "--set", "output.image_format=bmp"], ["bmp"]),
-                (["--flight", self.flight, "--out", out, "--scene", "moon"], ["moon"]),
-                (["--flight", self.flight, "--out", out, "--seed", "-1"], ["--seed", "0 to 2147483647"]),
-                (["--flight", self.flight, "--out", out, "--frames", "0"], ["--frames", "-1 or", "at least 1"]),
-                (["--flight", self.flight, "--out", out, "--orthophoto", "1e300"], ["--orthophoto", "at most 1000"]),
-                (["--flight", self.flight, "--out", ""], ["--out", "empty"])):
-            with self.subTest(arguments=arguments):
-                self.expect_failure(call("simulate", *arguments), WRONG_USE, *parts)
-        self.assertFalse(out.exists())
-        self.expect_failure(self.simulate(out, "--set", "course.length_m=900"), FAILURE, "the course comes to")
-
-    def test_absurd_options_are_refused_by_name(self):
-        """What crashed or hung: segmentation faults, Embree's assertions, vectors beyond any memory, days of flight."""
-        absurd = ["course.laps=1e8", "course.speed_m_s=1e6", "course.speed_m_s=1000", "course.speed_m_s=0.01",
-                  "sensor.read_noise_electrons=1e20", "sensor.full_well_electrons=1e308", "imu.rate_hz=1e9",
-                  "camera.width=2000000000", "flight.duration_s=1e9"]
-        for option in ("weather.sun", "weather.sky", "mount.x_m", "wind.jitter_position_m", "gnss.lever_x_m",
-                       "scene.relief_m", "course.center_x_m"):
-            absurd += [f"{option}=1e40", f"{option}=1e308", f"{option}=-1e308"]
-        out = self.folder / "absurd"
-        for assignment in absurd:
-            with self.subTest(assignment):
-                name = assignment.split("=")[0]
-                result = call("simulate", "--flight", "orbit", "--frames", 1, "--out", out, "--set", assignment)
-                self.expect_failure(result, WRONG_USE, f"option {name} is ", "expected")
-        self.assertFalse(out.exists())
-
-    def test_a_course_that_takes_hours_is_refused_at_once(self):
-        for assignment, parts in (("course.laps=1000", ["km long", "course.laps"]),
-                                  ("course.laps=20", ["s to fly", "course.laps"]),
-                                  ("course.speed_m_s=0.1", ["s to fly", "course.speed_m_s"])):
-            with self.subTest(assignment):
-                began = time.monotonic()
-                more = ["--set", "course.length_m=600", "--set", "course.width_m=300", "--set", "scene.extent_m=1200"]
-                result = call("simulate", "--flight", self.flight, "--frames", 1, "--out", self.folder / "long",
-                              *more, "--set", assignment)
-                self.expect_failure(result, FAILURE, *parts)
-                self.assertLess(time.monotonic() - began, 60)
-
-    def test_a_long_course_is_planned_soon(self):
-        out = self.folder / "ten-laps"
-        began = time.monotonic()
-        self.expect_success(call("simulate", "--flight", "orbit", "--frames", 1, "--out", out, "--set",
-                                 "course.laps=20"))
-        self.assertLess(time.monotonic() - began, 100)
-
-    def test_two_at_once_into_one_folder_are_refused(self):
-        out = self.folder / "shared"
-        more = ["--set", "camera.rate_hz=400"]  # long enough to be met at work
-        first = subprocess.Popen([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, *more],
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        deadline = time.monotonic() + 100
-        while not list(out.glob("mav0/cam0/data/*")) and time.monotonic() < deadline:
-            time.sleep(0.01)
-        self.expect_failure(self.simulate(out, *more), FAILURE, "another deepuav is writing into it")
-        first.terminate()
-        self.assertEqual(first.wait(timeout=60), 143)
-        self.expect_success(self.simulate(out, *more))
-
-    def test_a_limit_of_file_sizes_is_a_failure_to_write(self):
-        out = self.folder / "limited"
-        limit = 2000  # bytes
-        result = subprocess.run([DEEPUAV, "simulate", "--flight", self.flight, "--out", out, "--frames", "1"],
-                                capture_output=True, text=True, timeout=200, check=False,
-                                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-        self.expect_failure(result, FAILURE, "File too large")
-        self.assertEqual([file for file in out.rglob("*") if file.name.endswith(".tmp")], [])
-
     def test_shipped_flights_can_be_flown(self):
         for file in sorted((ROOT / "flights").glob("*.yaml")):
             with self.subTest(flight=file.stem):
@@ -327,5 +129,4 @@ class SimulateTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    DEEPUAV = sys.argv.pop(1)
-    unittest.main()
+    main(__doc__)

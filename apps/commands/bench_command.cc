@@ -11,6 +11,7 @@
 #include "commands/commands.h"
 #include "deepuav/assembly/shipped_models.h"
 #include "deepuav/base/logging.h"
+#include "deepuav/inference/cpu_arithmetic.h"
 #include "work/network_bench.h"
 
 namespace deepuav {

@@ -4,14 +4,9 @@
 //
 //   retrieval DATASET --model NETWORK.onnx --vocabulary FILE... [--against DATASET]
 //
-// Every stride-th image queries all others that are more than --gap seconds away.
-//
-// Which pairs show the same place: with true poses, those whose views overlap: of points on a grid
-// over one image, at several depths, the fraction that the other sees, the smaller of both ways.
-// With positions alone (photographs straight down, heading unknown) the overlap of two discs, as
-// wide as the image's shorter side shows at --depth. At least --overlap is right, less than
-// --noticeable is wrong; what lies between counts as neither. Images of --against query too, and
-// whatever they find is wrong.
+// Every stride-th image queries all others that are more than --gap seconds away. Views that
+// overlap by at least --overlap are right, by less than --noticeable wrong; what lies between
+// counts as neither. Images of --against query too, and whatever they find is wrong.
 
 #include <fmt/format.h>
 
@@ -19,140 +14,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <iostream>
 #include <map>
-#include <memory>
-#include <numbers>
-#include <optional>
 
 #include "bench_main.h"
-#include "deepuav/base/error.h"
 #include "deepuav/base/time.h"
 #include "deepuav/evaluation/truth.h"
-#include "deepuav/features/superpoint.h"
-#include "deepuav/features/superpoint_turned.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/place/place_index.h"
 #include "deepuav/place/vocabulary.h"
+#include "described_views.h"
+#include "view_overlap.h"
 
 namespace deepuav {
 namespace {
 
 struct Arguments {
-  std::string dataset, model, against;
+  std::string dataset, against;
   std::vector<std::string> vocabularies;
-  int stride = 5, keypoints = 1000;
-  double gap_s = 5, depth_m = 2, overlap = 0.5, noticeable = 0.1;
-  bool turned = false;
+  ViewOptions views;
+  OverlapBounds bounds;
+  double gap_s = 5;
 };
-
-/// A frame's descriptors as it is, then turned by 90, 180 and 270 degrees if asked for.
-using Headings = std::vector<Descriptors>;
-
-struct View {
-  Timestamp time;
-  SE3 world_from_cam;
-  Headings headings;
-};
-
-enum class Relation { kSamePlace, kBetween, kOtherPlace };
-
-/// Tells how much two views share.
-class OverlapJudge {
- public:
-  OverlapJudge(const Camera& camera, bool has_orientation, const Arguments& arguments)
-      : camera_(camera),
-        has_orientation_(has_orientation),
-        least_overlap_(arguments.overlap),
-        least_noticeable_(arguments.noticeable),
-        depth_m_(arguments.depth_m) {
-    constexpr double kDepthFactors[] = {0.5, 1, 2};
-    constexpr int kColumns = 12, kRows = 9;
-    for (const double factor : kDepthFactors) {
-      for (int i = 0; i < kColumns * kRows; ++i) {
-        const Eigen::Vector2d px((i % kColumns + 0.5) * camera.width / kColumns,
-                                 (i / kColumns + 0.5) * camera.height / kRows);
-        points_cam_.push_back(factor * depth_m_ * camera.pinhole.Unproject(px));
-      }
-    }
-  }
-
-  Relation Judge(const View& a, const View& b) const {
-    const double overlap =
-        has_orientation_
-            ? std::min(SeenBy(a.world_from_cam, b.world_from_cam),
-                       SeenBy(b.world_from_cam, a.world_from_cam))
-            : DiscOverlap((a.world_from_cam.translation() - b.world_from_cam.translation()).norm());
-    if (overlap >= least_overlap_) return Relation::kSamePlace;
-    return overlap >= least_noticeable_ ? Relation::kBetween : Relation::kOtherPlace;
-  }
-
- private:
-  /// Of what one view shows, the fraction that the other sees.
-  double SeenBy(const SE3& world_from_a, const SE3& world_from_b) const {
-    const SE3 b_from_a = world_from_b.Inverse() * world_from_a;
-    int seen = 0;
-    for (const Eigen::Vector3d& point : points_cam_) {
-      const Eigen::Vector3d in_b = b_from_a * point;
-      if (in_b.z() <= 0) continue;
-      const Eigen::Vector2d px = camera_.pinhole.Project(in_b);
-      seen += px.x() >= 0 && px.y() >= 0 && px.x() < camera_.width && px.y() < camera_.height;
-    }
-    return seen / static_cast<double>(points_cam_.size());
-  }
-
-  /// Of two equal discs, the fraction of one that lies in the other.
-  double DiscOverlap(double distance_m) const {
-    const double radius_m =
-        0.5 * depth_m_ * std::min(camera_.width, camera_.height) / camera_.pinhole.fx;
-    const double half = distance_m / (2 * radius_m);
-    if (half >= 1) return 0;
-    return 2 / std::numbers::pi * (std::acos(half) - half * std::sqrt(1 - half * half));
-  }
-
-  const Camera camera_;
-  const bool has_orientation_;
-  const double least_overlap_, least_noticeable_, depth_m_;
-  std::vector<Eigen::Vector3d> points_cam_;
-};
-
-std::optional<SE3> PoseAt(const Trajectory& trajectory, Timestamp time) {
-  constexpr double kMaxDifference_s = 0.05;
-  const auto differs_s = [time](const TimedPose& pose) {
-    return std::abs(SecondsBetween(pose.time, time));
-  };
-  const auto nearest =
-      std::min_element(trajectory.begin(), trajectory.end(),
-                       [&](const auto& a, const auto& b) { return differs_s(a) < differs_s(b); });
-  if (nearest == trajectory.end() || differs_s(*nearest) > kMaxDifference_s) return std::nullopt;
-  return nearest->world_from_cam;
-}
-
-/// The frames that can be read and have a true pose.
-std::vector<View> LoadViews(Dataset* dataset, const Truth& truth, const Arguments& arguments) {
-  SuperPointOptions options;
-  options.model = arguments.model;
-  options.keypoints = arguments.keypoints;
-  const Camera& camera = dataset->camera();
-  SuperPoint extractor(camera, options, {});
-  std::optional<SuperPointTurned> turned;
-  if (arguments.turned)
-    turned.emplace(camera.width, camera.height, arguments.model, InferenceOptions{});
-  std::vector<View> views;
-  for (int frame = 0; frame < dataset->size(); frame += arguments.stride) {
-    const auto pose = PoseAt(truth.trajectory, dataset->Time(frame));
-    if (!pose) continue;
-    const GreyImage image = dataset->Load(frame);
-    const Features features = extractor.Extract(image);
-    View view{dataset->Time(frame), *pose, {features.descriptors}};
-    if (turned) {
-      for (Descriptors& descriptors : turned->Describe(image, features))
-        view.headings.push_back(std::move(descriptors));
-    }
-    views.push_back(std::move(view));
-  }
-  return views;
-}
 
 /// The headings that a query is tried at.
 struct QueryHeadings {
@@ -161,11 +45,6 @@ struct QueryHeadings {
 };
 
 /// What one query found, the best first.
-struct Answer {
-  std::vector<PlaceIndex::Hit> hits;
-  bool has_true_pair = false;
-};
-
 /// The hits of all headings together, each image with its best score.
 std::vector<PlaceIndex::Hit> QueryAll(const PlaceIndex& index, const std::vector<BagOfWords>& bags,
                                       const std::vector<size_t>& turns,
@@ -248,7 +127,9 @@ class Measurement {
   }
 
  private:
-  Relation Relate(size_t a, size_t b) const { return judge_.Judge(views_[a], views_[b]); }
+  Relation Relate(size_t a, size_t b) const {
+    return judge_.Judge(views_[a].world_from_cam, views_[b].world_from_cam);
+  }
   bool WithinGap(size_t a, size_t b) const {
     return std::abs(SecondsBetween(views_[a].time, views_[b].time)) <= gap_s_;
   }
@@ -317,17 +198,18 @@ struct LoadedDataset {
 LoadedDataset LoadWithTruth(const std::string& path, const Arguments& arguments) {
   const auto dataset = OpenDataset(path);
   const Truth truth = LoadTruth(path, false);
-  return {dataset->camera(), truth.has_orientation, LoadViews(dataset.get(), truth, arguments)};
+  return {dataset->camera(), truth.has_orientation,
+          LoadViews(dataset.get(), truth.trajectory, arguments.views)};
 }
 
 void Measure(const Arguments& arguments) {
   const LoadedDataset dataset = LoadWithTruth(arguments.dataset, arguments);
   LoadedDataset other;
   if (!arguments.against.empty()) other = LoadWithTruth(arguments.against, arguments);
-  const OverlapJudge judge(dataset.camera, dataset.has_orientation, arguments);
+  const OverlapJudge judge(dataset.camera, dataset.has_orientation, arguments.bounds);
   const Measurement measurement(&dataset.views, &judge, arguments.gap_s);
   std::vector<QueryHeadings> headings = {{"as taken", {0}}};
-  if (arguments.turned) {
+  if (arguments.views.turned) {
     headings.push_back({"turned 0 180", {0, 2}});
     headings.push_back({"turned 0 .. 270", {0, 1, 2, 3}});
   }
@@ -345,21 +227,22 @@ void Measure(const Arguments& arguments) {
 
 void AddArguments(CLI::App& app, Arguments& arguments) {
   app.add_option("DATASET", arguments.dataset, "Dataset with its truth")->required();
-  app.add_option("--model", arguments.model, "SuperPoint network")->required();
+  app.add_option("--model", arguments.views.model, "SuperPoint network")->required();
   app.add_option("--vocabulary", arguments.vocabularies, "Vocabulary files")->required();
   app.add_option("--against", arguments.against, "Dataset of another place");
-  app.add_option("--stride", arguments.stride, "Every n-th image")->capture_default_str();
-  app.add_option("--keypoints", arguments.keypoints, "Key points in an image")
+  app.add_option("--stride", arguments.views.stride, "Every n-th image")->capture_default_str();
+  app.add_option("--keypoints", arguments.views.keypoints, "Key points in an image")
       ->capture_default_str();
   app.add_option("--gap", arguments.gap_s, "Images closer in time are left out, s")
       ->capture_default_str();
-  app.add_option("--depth", arguments.depth_m, "Usual distance of what is seen, m")
+  app.add_option("--depth", arguments.bounds.depth_m, "Usual distance of what is seen, m")
       ->capture_default_str();
-  app.add_option("--overlap", arguments.overlap, "Overlap of views of the same place")
+  app.add_option("--overlap", arguments.bounds.same_place, "Overlap of views of the same place")
       ->capture_default_str();
-  app.add_option("--noticeable", arguments.noticeable, "Overlap below which places are different")
+  app.add_option("--noticeable", arguments.bounds.noticeable,
+                 "Overlap below which places are different")
       ->capture_default_str();
-  app.add_flag("--turned", arguments.turned, "Query also with turned images");
+  app.add_flag("--turned", arguments.views.turned, "Query also with turned images");
 }
 
 }  // namespace

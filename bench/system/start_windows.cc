@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -24,21 +25,18 @@
 #include <sstream>
 
 #include "bench_main.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/random.h"
 #include "deepuav/evaluation/association.h"
 #include "deepuav/evaluation/truth.h"
-#include "deepuav/geometry/alignment.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/system/slam.h"
 #include "stored_sequence.h"
+#include "window_verdict.h"
 
 namespace deepuav {
 namespace {
 
-constexpr double kParallaxTravel = 0.2, kFirstParallaxTravel = 0.05;  // over the depth
-constexpr double kWrong = 0.1;
-constexpr double kLeastHalfTravel = 0.05;  // over the depth: less tells no scale
-constexpr int kLeastFrames = 10;           // located, to judge a map
 constexpr double kSlowestHz = 2;
 
 struct Arguments {
@@ -46,12 +44,6 @@ struct Arguments {
   std::string features, model;
   int windows = 200, frames = 60, seed = 1;
   bool verbose = false;
-};
-
-/// Where the camera truly was, and how far what it saw.
-struct TruthOfFrames {
-  std::vector<std::optional<Eigen::Vector3d>> centre;  ///< Per frame.
-  std::vector<double> depth_m;                         ///< Per frame.
 };
 
 struct Sequence {
@@ -64,12 +56,6 @@ struct Sequence {
 struct Window {
   size_t sequence = 0;
   Part part;
-};
-
-struct Verdict {
-  bool has_parallax = false, started = false, judged = false, wrong = false;
-  double delay_s = 0, delay_after_parallax_s = 0, shape_error = 0, scale_change = 0;
-  int located = 0, first_online = -1;
 };
 
 SlamResult RunPart(const Sequence& sequence, const Part& part, const std::string& variant,
@@ -96,31 +82,6 @@ SlamResult RunPart(const Sequence& sequence, const Part& part, const std::string
     }
   }
   return result;
-}
-
-std::optional<MapId> LargestMap(const SlamResult& result) {
-  std::map<MapId, int> frames;
-  for (const FrameRecord& record : result.frames) {
-    if (record.located()) ++frames[record.map];
-  }
-  std::optional<MapId> largest;
-  for (const auto& [map, count] : frames) {
-    if (!largest || count > frames[*largest]) largest = map;
-  }
-  return largest;
-}
-
-/// The scale that makes the distances of the points from their middle those of the others.
-double ScaleBetween(const std::vector<Eigen::Vector3d>& from,
-                    const std::vector<Eigen::Vector3d>& to) {
-  const auto spread = [](const std::vector<Eigen::Vector3d>& points) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const auto& p : points) mean += p / static_cast<double>(points.size());
-    double squared = 0;
-    for (const auto& p : points) squared += (p - mean).squaredNorm();
-    return std::sqrt(squared / static_cast<double>(points.size()));
-  };
-  return spread(to) / spread(from);
 }
 
 std::vector<std::optional<Eigen::Vector3d>> TrueCentres(const Dataset& dataset,
@@ -160,9 +121,7 @@ std::vector<double> Depths(const Sequence& sequence) {
       if (place != landmarks[*map].end()) distances.push_back((place->second - centre).norm());
     }
     if (distances.empty()) continue;
-    const auto middle = distances.begin() + static_cast<ptrdiff_t>(distances.size() / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    depths[i] = *middle;
+    depths[i] = Median(std::move(distances));
   }
   const double scale = ScaleBetween(estimate, truth);
   double last = 0;
@@ -203,88 +162,8 @@ std::vector<Window> DrawWindows(const std::vector<Sequence>& sequences,
   return windows;
 }
 
-void JudgeParallax(const Sequence& sequence, const Part& part, double first_online_s,
-                   Verdict* verdict) {
-  const auto at = [&](int i) { return static_cast<size_t>(part.Frame(i)); };
-  const auto& centre = sequence.truth.centre;
-  double from_s = -1;
-  for (int i = 0; i < part.size(); ++i) {
-    if (!centre[at(0)] || !centre[at(i)]) continue;
-    const double travel = (*centre[at(i)] - *centre[at(0)]).norm() / sequence.truth.depth_m[at(0)];
-    if (travel >= kParallaxTravel) verdict->has_parallax = true;
-    if (travel >= kFirstParallaxTravel && from_s < 0)
-      from_s = SecondsBetween(sequence.dataset->Time(part.Frame(0)),
-                              sequence.dataset->Time(part.Frame(i)));
-  }
-  verdict->delay_s = first_online_s;
-  verdict->delay_after_parallax_s = first_online_s - std::max(from_s, 0.0);
-}
-
-void JudgeShape(const Sequence& sequence, const Part& part, const SlamResult& result,
-                Verdict* verdict) {
-  std::vector<Eigen::Vector3d> estimate, truth;
-  const std::optional<MapId> map = LargestMap(result);
-  for (size_t i = 0; i < result.frames.size() && map; ++i) {
-    const auto& centre =
-        sequence.truth.centre[static_cast<size_t>(part.Frame(static_cast<int>(i)))];
-    if (result.frames[i].map != *map || !centre) continue;
-    estimate.push_back(result.frames[i].cam_from_world.InverseTranslation());
-    truth.push_back(*centre);
-  }
-  verdict->located = static_cast<int>(estimate.size());
-  if (verdict->located < kLeastFrames) return;
-  const double depth = sequence.truth.depth_m[static_cast<size_t>(part.start)];
-  const auto middle = static_cast<ptrdiff_t>(estimate.size() / 2);
-  const auto halves = [middle](const std::vector<Eigen::Vector3d>& all) {
-    return std::pair(std::vector(all.begin(), all.begin() + middle),
-                     std::vector(all.begin() + middle, all.end()));
-  };
-  const auto [truth_before, truth_after] = halves(truth);
-  const auto [before, after] = halves(estimate);
-  const auto travels = [&](const std::vector<Eigen::Vector3d>& part_of_path) {
-    return (part_of_path.back() - part_of_path.front()).norm() >= kLeastHalfTravel * depth;
-  };
-  if (travels(truth_before) && travels(truth_after)) {
-    verdict->judged = true;
-    verdict->scale_change = ScaleBetween(before, truth_before) / ScaleBetween(after, truth_after);
-  }
-  if (!travels(truth)) return;
-  const auto aligned = Align(estimate, truth, AlignmentKind::kSimilar);
-  if (!aligned) return;
-  verdict->judged = true;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& p : truth) mean += p / static_cast<double>(truth.size());
-  double error = 0, spread = 0;
-  for (size_t i = 0; i < truth.size(); ++i) {
-    error += (*aligned * estimate[i] - truth[i]).squaredNorm();
-    spread += (truth[i] - mean).squaredNorm();
-  }
-  verdict->shape_error = std::sqrt(error / spread);
-}
-
-Verdict Judge(const Sequence& sequence, const Part& part, const SlamResult& result) {
-  Verdict verdict;
-  double first_online_s = 0;
-  for (const FrameRecord& record : result.frames) {
-    if (!record.tracked_online) continue;
-    verdict.started = true;
-    verdict.first_online = static_cast<int>(&record - result.frames.data());
-    first_online_s = SecondsBetween(result.frames.front().time, record.time);
-    break;
-  }
-  JudgeParallax(sequence, part, first_online_s, &verdict);
-  JudgeShape(sequence, part, result, &verdict);
-  const bool scale_is_off =
-      verdict.scale_change > 0 && std::abs(std::log(verdict.scale_change)) > std::log1p(kWrong);
-  verdict.wrong = verdict.judged && (scale_is_off || verdict.shape_error > kWrong);
-  return verdict;
-}
-
-double MedianOf(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double MedianOrNone(const std::vector<double>& values) {
+  return values.empty() ? std::nan("") : Median(values);
 }
 
 /// What became of some windows, in one line of the table.
@@ -306,8 +185,8 @@ void PrintRow(const std::string& name, const std::vector<Verdict>& verdicts) {
   const auto percent = [](double part, double all) { return all > 0 ? 100 * part / all : 0; };
   fmt::print("| {} | {} | {} | {:.1f} | {} | {:.1f} | {:.2f} | {:.2f} | {:.3f} | {:.1f} |\n", name,
              verdicts.size(), with_parallax, percent(right, with_parallax), wrong,
-             percent(wrong, static_cast<double>(verdicts.size())), MedianOf(delays),
-             MedianOf(after_parallax), MedianOf(shape),
+             percent(wrong, static_cast<double>(verdicts.size())), MedianOrNone(delays),
+             MedianOrNone(after_parallax), MedianOrNone(shape),
              located / static_cast<double>(verdicts.size()));
 }
 
@@ -318,7 +197,7 @@ void RunVariant(const std::vector<Sequence>& sequences, const std::vector<Window
   for (const Window& window : windows) {
     const Sequence& sequence = sequences[window.sequence];
     const SlamResult result = RunPart(sequence, window.part, variant, nullptr);
-    const Verdict v = Judge(sequence, window.part, result);
+    const Verdict v = JudgeWindow(*sequence.dataset, sequence.truth, window.part, result);
     all.push_back(v);
     by_sequence[sequence.name].push_back(v);
     if (verbose || v.wrong || (v.has_parallax && !v.started)) {

@@ -19,6 +19,7 @@
 
 #include "bench_main.h"
 #include "deepuav/base/error.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/time.h"
 #include "deepuav/evaluation/truth.h"
 #include "deepuav/features/superpoint.h"
@@ -56,12 +57,6 @@ double FastestMs(const std::vector<double>& seconds) {
   return 1000 * *std::min_element(seconds.begin(), seconds.end());
 }
 
-double MedianMs(std::vector<double> seconds) {
-  const auto middle = seconds.begin() + static_cast<int>(seconds.size()) / 2;
-  std::nth_element(seconds.begin(), middle, seconds.end());
-  return 1000 * *middle;
-}
-
 double ResidentMb() {
   std::ifstream statm("/proc/self/statm");
   double pages_total = 0, pages_resident = 0;
@@ -94,7 +89,7 @@ std::vector<Photograph> Describe(Dataset* dataset, const std::string& model) {
   fmt::print(
       "fastest and median of a photograph, ms: features {:.1f}, {:.1f}; three turns {:.1f}, "
       "{:.1f}\n",
-      FastestMs(extract_s), MedianMs(extract_s), FastestMs(turn_s), MedianMs(turn_s));
+      FastestMs(extract_s), 1000 * Median(extract_s), FastestMs(turn_s), 1000 * Median(turn_s));
   return photographs;
 }
 

@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "deepuav/assembly/shipped_files.h"
+#include "deepuav/inference/cpu_arithmetic.h"
 
 namespace deepuav {
 

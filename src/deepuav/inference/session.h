@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
+#include "deepuav/inference/cpu_arithmetic.h"
 
 namespace deepuav {
-
-/// The arithmetic that InferenceOptions and SuperGlueOptions name.
-inline TextBounds Precisions() { return OneOf({"auto", "fp32", "bf16", "int8"}); }
 
 struct InferenceOptions {
   int threads = 2;
@@ -34,13 +32,6 @@ struct InferenceOptions {
     visit("cache_dir", cache_dir, "", "folder for compiled networks; empty: none are kept");
   }
 };
-
-/// Whether this CPU computes in "fp32", "bf16" or "int8" by instructions of its own: what it must
-/// emulate is slower than fp32.
-bool HasFastArithmetic(const std::string& precision);
-
-/// As the CPU names itself.
-std::string CpuName();
 
 /// Sizes of a tensor's dimensions, outermost first.
 using TensorShape = std::vector<int64_t>;

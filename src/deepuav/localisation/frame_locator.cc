@@ -6,10 +6,8 @@
 #include <numeric>
 
 #include "deepuav/base/option_check.h"
-#include "deepuav/features/readout_correction.h"
+#include "deepuav/localisation/seen_landmarks.h"
 #include "deepuav/map/frame_motion.h"
-#include "deepuav/map/landmark_noise.h"
-#include "deepuav/patches/patch_measurement.h"
 
 namespace deepuav {
 namespace {
@@ -106,7 +104,8 @@ std::optional<LocatedFrame> FrameLocator::Locate(const Frame& given, const Local
   if (located.frame.motion.IsNone()) return located;
   for (LocatedFrame::Seen& seen : located.seen) {
     if (!seen.measured)
-      seen.measured = Detected(located.frame, local_map, seen, located.cam_from_world);
+      seen.measured =
+          SeenAtKeypoint(located.frame, local_map, seen, located.cam_from_world, camera_);
   }
   return located;
 }
@@ -118,51 +117,19 @@ Frame FrameLocator::Moving(const Frame& frame, const SE3& cam_from_world,
                   SecondsBetween(prior.neighbour->time, frame.time), camera_);
 }
 
-PixelMeasurement FrameLocator::Detected(const Frame& frame, const LocalMap& local_map,
-                                        const LocatedFrame::Seen& seen,
-                                        const std::optional<SE3>& cam_from_world) const {
-  const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
-  if (!cam_from_world || frame.motion.travel.isZero(0)) return {keypoint.px, keypoint.sigma_px};
-  const Eigen::Vector3d& landmark =
-      local_map.landmarks[static_cast<size_t>(seen.landmark)].position_world;
-  const Eigen::Vector2d px =
-      PixelInMiddleRow(keypoint, frame.motion, camera_, 1 / (*cam_from_world * landmark).z());
-  return {px.cast<float>(), keypoint.sigma_px};
-}
-
 void FrameLocator::Sharpen(const LocalMap& local_map, LocatedFrame* located) const {
   const Frame& frame = located->frame;
   if (!frame.image) return;
   const StageScope stage(stages_, "align patches");
   SeenList measured = located->seen;
   for (LocatedFrame::Seen& seen : measured)
-    seen.measured = MeasureByPatch(frame, local_map, located->cam_from_world, seen);
+    seen.measured =
+        SeenByPatch(frame, local_map, seen, located->cam_from_world, camera_, options_.patches);
   CoarsePose sharp = OptimiseOn(frame, local_map, measured, located->cam_from_world);
   if (static_cast<int>(sharp.seen.size()) < options_.min_inliers) return;
   located->cam_from_world = sharp.cam_from_world;
   located->information = sharp.information;
   located->seen = std::move(sharp.seen);
-}
-
-std::optional<PixelMeasurement> FrameLocator::MeasureByPatch(const Frame& frame,
-                                                             const LocalMap& local_map,
-                                                             const SE3& cam_from_world,
-                                                             const LocatedFrame::Seen& seen) const {
-  const LocalLandmark& landmark = local_map.landmarks[static_cast<size_t>(seen.landmark)];
-  if (landmark.reference < 0) return std::nullopt;
-  const LocalKeyframe& reference = local_map.keyframes[static_cast<size_t>(landmark.reference)];
-  const SurfacePatch patch{landmark.reference_measured.px.cast<double>(),
-                           reference.cam_from_world * landmark.position_world,
-                           reference.cam_from_world.rotation() * landmark.normal_world,
-                           reference.motion};
-  const Keypoint& keypoint = frame.features->keypoints[static_cast<size_t>(seen.keypoint)];
-  const DetectedPixel start{keypoint.image_px.cast<double>(),
-                            PixelInRow(keypoint, frame.motion, camera_), frame.motion};
-  auto measured =
-      MeasurePatch(*reference.image, patch, cam_from_world * reference.cam_from_world.Inverse(),
-                   *frame.image, start, camera_, options_.patches);
-  if (measured) measured->noise = measured->noise + landmark.reference_measured.noise;
-  return measured;
 }
 
 bool FrameLocator::IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const {
@@ -220,9 +187,9 @@ std::optional<CoarsePose> FrameLocator::MatchReference(const Frame& frame,
 std::optional<CoarsePose> FrameLocator::LocateByMatches(const Frame& frame,
                                                         const LocalMap& local_map,
                                                         const SeenList& seen) const {
-  const auto robust =
-      EstimateAbsolutePose(camera_.pinhole, Observe(frame, local_map, seen, std::nullopt),
-                           static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
+  const auto robust = EstimateAbsolutePose(
+      camera_.pinhole, PoseObservations(frame, local_map, seen, std::nullopt, camera_),
+      static_cast<uint64_t>(frame.id.value), options_.absolute_pose);
   if (!robust) return std::nullopt;
   SeenList agreeing;
   for (size_t i = 0; i < seen.size(); ++i) {
@@ -287,29 +254,11 @@ LocatedFrame FrameLocator::Refine(const Frame& frame, const KeypointGrid& grid,
   return located;
 }
 
-std::vector<PoseObservation> FrameLocator::Observe(const Frame& frame, const LocalMap& local_map,
-                                                   const SeenList& seen,
-                                                   const std::optional<SE3>& cam_from_world) const {
-  std::vector<PoseObservation> observations;
-  observations.reserve(seen.size());
-  for (const LocatedFrame::Seen& s : seen) {
-    const PixelMeasurement measured =
-        s.measured ? *s.measured : Detected(frame, local_map, s, cam_from_world);
-    const LocalLandmark& landmark = local_map.landmarks[static_cast<size_t>(s.landmark)];
-    PixelNoise noise = measured.NoiseWith(local_map.model_sigma_px);
-    if (cam_from_world) {
-      noise = noise +
-              ExpectedPixelNoise(landmark.position_noise, landmark.position_world, *cam_from_world);
-    }
-    observations.push_back({landmark.position_world, measured.px.cast<double>(), noise});
-  }
-  return observations;
-}
-
 CoarsePose FrameLocator::OptimiseOn(const Frame& frame, const LocalMap& local_map,
                                     const SeenList& seen, const SE3& initial) const {
-  const MotionOnlyResult result = OptimisePose(
-      camera_.pinhole, Observe(frame, local_map, seen, initial), initial, options_.motion_only);
+  const MotionOnlyResult result =
+      OptimisePose(camera_.pinhole, PoseObservations(frame, local_map, seen, initial, camera_),
+                   initial, options_.motion_only);
   CoarsePose pose{result.cam_from_world, {}, result.information};
   for (size_t i = 0; i < seen.size(); ++i) {
     if (result.inlier[i]) pose.seen.push_back(seen[i]);

@@ -149,23 +149,12 @@ class FrameLocator {
                                              const LocationPrior& prior) const;
   /// Measures what the frame sees by patches, and the pose with it.
   void Sharpen(const LocalMap& local_map, LocatedFrame* located) const;
-  std::optional<PixelMeasurement> MeasureByPatch(const Frame& frame, const LocalMap& local_map,
-                                                 const SE3& cam_from_world,
-                                                 const LocatedFrame::Seen& seen) const;
   /// Whether a frame shows so little beside its neighbour that its matches may be chance.
   bool IsDoubtful(const LocatedFrame& located, const LocationPrior& prior) const;
   std::optional<CoarsePose> MatchReference(const Frame& frame, const LocalMap& local_map,
                                            const LocationPrior& prior);
   /// The frame of a camera that was at `cam_from_world`.
   Frame Moving(const Frame& frame, const SE3& cam_from_world, const LocationPrior& prior) const;
-  /// Where the middle row would see what the key point shows. `cam_from_world`, where it is known,
-  /// tells how deep that lies.
-  PixelMeasurement Detected(const Frame& frame, const LocalMap& local_map,
-                            const LocatedFrame::Seen& seen,
-                            const std::optional<SE3>& cam_from_world) const;
-  std::vector<PoseObservation> Observe(const Frame& frame, const LocalMap& local_map,
-                                       const SeenList& seen,
-                                       const std::optional<SE3>& cam_from_world) const;
   CoarsePose OptimiseOn(const Frame& frame, const LocalMap& local_map, const SeenList& seen,
                         const SE3& initial) const;
 

@@ -4,103 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "deepuav/base/error.h"
+#include "deepuav/localisation/testing/frame_locator_fixture.h"
 #include "deepuav/map/frame_motion.h"
-#include "deepuav/matching/nearest_neighbour.h"
 #include "support/options_with.h"
-#include "support/synthetic_map.h"
 
 namespace deepuav {
 namespace {
-
-SE3 At(const Eigen::Vector3d& centre) { return SE3(Eigen::Quaterniond::Identity(), -centre); }
-
-/// Counts how often the reference was matched.
-class CountingMatcher : public Matcher {
- public:
-  std::vector<Match> MatchFeatures(const Features& a, const Features& b) override {
-    ++calls;
-    return matcher_.MatchFeatures(a, b);
-  }
-  std::string Description() const override { return "counting"; }
-  int calls = 0;
-
- private:
-  NearestNeighbourMatcher matcher_{{}};
-};
-
-/// A map of six keyframes that move sideways past a box of landmarks.
-class FrameLocatorTest : public testing::Test {
- protected:
-  FrameLocatorTest() {
-    std::vector<SE3> poses;
-    for (int i = 0; i < 6; ++i) poses.push_back(At({0.5 * i, 0, 0}));
-    made_.emplace(MakeTrueMap(world_, poses, {0.5, 0.3, 0, 30}, &random_));
-    local_map_ = MakeLocalMap(made_->map, made_->keyframes[5], {});
-  }
-
-  static FeatureWorld MakeWorld() {
-    Random random(1);
-    SyntheticWorld geometry;
-    geometry.landmarks_world = LandmarksInBox(700, {-8, -5, 6}, {10, 5, 20}, &random);
-    return FeatureWorld(geometry, 2);
-  }
-
-  LocationPrior PriorAt(const SE3& cam_from_world) const {
-    LocationPrior prior;
-    prior.cam_from_world = cam_from_world;
-    prior.reference = made_->keyframes[5];
-    for (LandmarkId id : made_->map.At(made_->keyframes[5]).landmarks) {
-      if (id.valid()) prior.landmarks.push_back(id);
-    }
-    return prior;
-  }
-
-  std::optional<LocatedFrame> Locate(const SyntheticView& view, const LocationPrior& prior) {
-    return locator_.Locate(FrameOf(20, view), *local_map_, prior, &reason_);
-  }
-
-  /// The first key points that show landmarks of the map, as many as given, and no others.
-  SyntheticView ShowingOnly(int count, const SyntheticView& full) const {
-    Features some{{}, Descriptors(FeatureWorld::kDimension)};
-    SyntheticView view;
-    for (int i = 0; i < full.features->size() && some.size() < count; ++i) {
-      const int landmark = full.landmark[static_cast<size_t>(i)];
-      if (landmark < 0 || !made_->landmark_of[static_cast<size_t>(landmark)].valid()) continue;
-      some.keypoints.push_back(full.features->keypoints[static_cast<size_t>(i)]);
-      some.descriptors.AppendFrom(full.features->descriptors, i);
-      view.landmark.push_back(landmark);
-    }
-    EXPECT_EQ(some.size(), count);
-    view.features = std::make_shared<const Features>(std::move(some));
-    return view;
-  }
-
-  void ExpectRight(const LocatedFrame& located, const SyntheticView& view, double max_wrong_ratio) {
-    EXPECT_LT((located.cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm(),
-              0.02);
-    EXPECT_LT((located.cam_from_world * truth_.Inverse()).Angle(), 0.002);
-    int wrong = 0, before = -1;
-    for (const LocatedFrame::Seen& seen : located.seen) {
-      EXPECT_LT(before, seen.keypoint) << "one each, by key point";
-      before = seen.keypoint;
-      const int shown = view.landmark[static_cast<size_t>(seen.keypoint)];
-      const LandmarkId id = local_map_->landmarks[static_cast<size_t>(seen.landmark)].id;
-      wrong += shown < 0 || made_->landmark_of[static_cast<size_t>(shown)] != id;
-    }
-    EXPECT_LE(wrong, max_wrong_ratio * static_cast<double>(located.seen.size()));
-  }
-
-  Random random_{3};
-  const FeatureWorld world_ = MakeWorld();
-  const SE3 truth_ = At({2.8, 0.05, 0.1});
-  std::optional<SyntheticMap> made_;
-  std::shared_ptr<const LocalMap> local_map_;
-  CountingMatcher matcher_;
-  FrameLocator locator_{world_.camera(), {}, &matcher_, nullptr};
-  std::string reason_;
-};
 
 TEST_F(FrameLocatorTest, FollowsARightPredictionWithoutMatchingTheReference) {
   const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
@@ -230,73 +145,6 @@ TEST_F(FrameLocatorTest, SeesMoreFromABetterPose) {
   ExpectRight(*located, view, 0);
 }
 
-TEST_F(FrameLocatorTest, MatchesTheReferenceWhereThePredictionIsWrong) {
-  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
-  for (const double off_rad : {0.15, 1.0, 3.1}) {
-    matcher_.calls = 0;
-    const auto located = Locate(view, PriorAt(Perturbed(truth_, 0.5, off_rad, &random_)));
-    ASSERT_TRUE(located) << off_rad << ": " << reason_;
-    EXPECT_GE(matcher_.calls, 1);
-    ExpectRight(*located, view, 0);
-  }
-}
-
-TEST_F(FrameLocatorTest, DoesNotTrustAPredictionThatHardlyAnythingConfirms) {
-  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
-  const SE3 wrong = SE3(truth_.rotation(), truth_.translation() + Eigen::Vector3d(0.9, 0, 0));
-  const LocationPrior prior = PriorAt(wrong);
-  // Some landmarks have a double just where the wrong pose would see them.
-  Features features = *view.features;
-  SyntheticView doubled = view;
-  int doubles = 0;
-  for (LandmarkId id : prior.landmarks) {
-    const Landmark& landmark = made_->map.At(id);
-    const Eigen::Vector2d px = world_.camera().pinhole.Project(wrong * landmark.position_world);
-    if (px.x() < 0 || px.x() > 751 || px.y() < 0 || px.y() > 479 || doubles == 30) continue;
-    ++doubles;
-    features.keypoints.push_back(KeypointAt(px));
-    const Observation& shown = landmark.representative;
-    features.descriptors.AppendFrom(made_->map.At(shown.keyframe).features().descriptors,
-                                    shown.keypoint);
-    doubled.landmark.push_back(-1);
-  }
-  doubled.features = std::make_shared<const Features>(std::move(features));
-  ASSERT_LT(doubles, 0.2 * static_cast<double>(prior.landmarks.size()));
-  const auto located = Locate(doubled, prior);
-  ASSERT_TRUE(located) << reason_;
-  EXPECT_GE(matcher_.calls, 1);
-  ExpectRight(*located, doubled, 0);
-
-  FrameLocator trusting(world_.camera(), OptionsWith(&LocatorOptions::min_predicted_share, 0.0),
-                        &matcher_, nullptr);
-  const auto fooled = trusting.Locate(FrameOf(20, doubled), *local_map_, prior);
-  ASSERT_TRUE(fooled);
-  EXPECT_GT((fooled->cam_from_world.InverseTranslation() - truth_.InverseTranslation()).norm(),
-            0.5);
-}
-
-TEST_F(FrameLocatorTest, MatchesTheReferenceWhereAPredictionShowsTooFew) {
-  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 50}, &random_);
-  LocationPrior prior = PriorAt(truth_);
-  // Enough for the prediction, too few for a pose; the window is too small to find others.
-  LocatorOptions options;
-  options.local_radius_px = 1e-6;
-  prior.landmarks.resize(static_cast<size_t>(options.min_inliers - 1));
-  FrameLocator locator(world_.camera(), options, &matcher_, nullptr);
-  const auto located = locator.Locate(FrameOf(20, view), *local_map_, prior);
-  ASSERT_TRUE(located);
-  EXPECT_GT(matcher_.calls, 0);
-  ExpectRight(*located, view, 0);
-}
-
-TEST_F(FrameLocatorTest, MatchesTheReferenceWhereNothingIsPredicted) {
-  const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0, 0}, &random_);
-  const auto located = Locate(view, {});
-  ASSERT_TRUE(located) << reason_;
-  EXPECT_EQ(matcher_.calls, 1);
-  ExpectRight(*located, view, 0);
-}
-
 TEST_F(FrameLocatorTest, StandsFortyPercentWrongDescriptors) {
   for (const bool predicted : {true, false}) {
     const SyntheticView view = world_.View(truth_, {0.5, 0.3, 0.4, 50}, &random_);
@@ -336,25 +184,6 @@ TEST_F(FrameLocatorTest, SaysWhyThereIsNoPose) {
   const SyntheticView few = ShowingOnly(22, world_.View(truth_, {0.5, 0.2, 0, 0}, &random_));
   EXPECT_FALSE(Locate(few, PriorAt(truth_)));
   EXPECT_THAT(reason_, testing::HasSubstr("landmarks agree on the pose"));
-}
-
-TEST_F(FrameLocatorTest, RefusesAnUnpredictedPoseThatShouldShowFarMore) {
-  const SyntheticView view = ShowingOnly(30, world_.View(truth_, {0.5, 0.2, 0, 0}, &random_));
-  const auto locate = [&](double min_ratio, const LocationPrior& prior) {
-    FrameLocator locator(world_.camera(),
-                         OptionsWith(&LocatorOptions::min_unpredicted_ratio, min_ratio), &matcher_,
-                         nullptr);
-    return locator.Locate(FrameOf(20, view), *local_map_, prior);
-  };
-  const auto careless = locate(0, {});
-  ASSERT_TRUE(careless);
-  const double ratio =
-      static_cast<double>(careless->seen.size()) / static_cast<double>(careless->visible.size());
-  ASSERT_LT(ratio, 0.2);
-  EXPECT_TRUE(locate(0.9 * ratio, {}));
-  EXPECT_FALSE(locate(1.1 * ratio, {}));
-  // What was expected there may be hidden or blurred.
-  EXPECT_TRUE(locate(1.1 * ratio, PriorAt(truth_)));
 }
 
 TEST_F(FrameLocatorTest, IsNotFooledByAnotherPlace) {

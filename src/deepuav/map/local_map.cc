@@ -98,12 +98,8 @@ class DescriptorChoice {
 };
 
 LocalLandmark CopyLandmark(const Landmark& landmark) {
-  return {landmark.id,
-          landmark.position_world,
-          landmark.mean_view_direction,
-          landmark.min_distance,
-          landmark.max_distance,
-          static_cast<int>(landmark.observations.size())};
+  return {landmark.id, landmark.position_world, landmark.mean_view_direction, landmark.min_distance,
+          landmark.max_distance};
 }
 
 int IndexOf(const std::vector<KeyframeId>& rising, KeyframeId id) {

@@ -17,7 +17,6 @@ struct LocalLandmark {
   Eigen::Vector3d position_world;
   Eigen::Vector3d mean_view_direction;
   double min_distance = 0, max_distance = 0;
-  int observation_count = 0;
   int reference = -1;  ///< Index into LocalMap::keyframes: whose image shows the patch to look for.
   PixelMeasurement reference_measured = {};                  ///< Where.
   Eigen::Matrix3d position_noise = Eigen::Matrix3d::Zero();  ///< As of PositionNoise.

@@ -40,7 +40,6 @@ void ExpectCopyOf(const LocalMap& local, const Map& map) {
     EXPECT_EQ(copy.mean_view_direction, landmark.mean_view_direction);
     EXPECT_EQ(copy.min_distance, landmark.min_distance);
     EXPECT_EQ(copy.max_distance, landmark.max_distance);
-    EXPECT_EQ(copy.observation_count, static_cast<int>(landmark.observations.size()));
     const Observation& shown = landmark.representative;
     EXPECT_EQ(Row(local.descriptors, static_cast<int>(i)),
               Row(map.At(shown.keyframe).features().descriptors, shown.keypoint));

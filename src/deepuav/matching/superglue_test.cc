@@ -3,10 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
@@ -236,42 +241,6 @@ TEST_P(SuperGlueTest, NamesItsWeights) {
 }
 
 INSTANTIATE_TEST_SUITE_P(WithoutAndWithMasks, SuperGlueTest, testing::Bool());
-
-TEST(SuperGlueOptionsTest, AreChecked) {
-  SuperGlueOptions options;
-  EXPECT_NO_THROW(options.Check());
-  EXPECT_THROW(options.CheckModel(), Error);
-  options.model = "superglue.onnx";
-  EXPECT_NO_THROW(options.CheckModel());
-  options.keypoints = 0;
-  EXPECT_THROW(options.Check(), Error);
-  options.keypoints = 1;
-  for (const double score : {-0.1, 1.0, std::nan("")}) {
-    options.min_score = score;
-    EXPECT_THROW(options.Check(), Error) << score;
-  }
-  options.min_score = 0.2;
-  options.precision = "fp8";
-  EXPECT_THROW(options.Check(), Error);
-  for (const char* precision : {"", "auto", "bf16"}) {
-    options.precision = precision;
-    EXPECT_NO_THROW(options.Check()) << precision;
-  }
-}
-
-TEST(SuperGlueOptionsTest, ItsPrecisionIsItsOwnAndNothingIsCached) {
-  InferenceOptions general;
-  general.threads = 3;
-  general.precision = "int8";
-  general.cache_dir = "folder";
-  SuperGlueOptions options;
-  options.precision = "fp32";
-  EXPECT_EQ(options.Inference(general).precision, "fp32");
-  EXPECT_EQ(options.Inference(general).threads, 3);
-  EXPECT_EQ(options.Inference(general).cache_dir, "");
-  options.precision = "";
-  EXPECT_EQ(options.Inference(general).precision, "int8");
-}
 
 /// A network, but no matcher.
 constexpr char kNoMatcher[] = R"(<?xml version="1.0"?>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_check.h"
 
 namespace deepuav {
@@ -21,12 +22,6 @@ constexpr double kWeakRelativeSigma = 1e3;
 /// What the inverse depth of a plane that faces the camera gains along x and y.
 Eigen::Vector2d FacingSlope(const SurfacePoint& point) {
   return point.inverse_depth * point.direction / (1 + point.direction.squaredNorm());
-}
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// The slope at `point` of the inverse depth of those around it.
@@ -55,7 +50,7 @@ Eigen::Vector2d FitSlope(const SurfacePoint& point, const std::vector<const Surf
       errors.push_back(std::abs(error));
     }
     plane = information.ldlt().solve(sum);
-    roughness = std::max(kSigmasOverMedian * MedianOf(errors),
+    roughness = std::max(kSigmasOverMedian * Median(errors),
                          options.min_relative_noise * point.inverse_depth);
   }
   return plane.tail<2>();

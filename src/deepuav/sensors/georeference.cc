@@ -6,11 +6,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "deepuav/base/median.h"
 #include "deepuav/base/option_check.h"
 #include "deepuav/sensors/georeference_hypothesis.h"
+#include "deepuav/sensors/georeference_refinement.h"
 
 namespace deepuav {
 namespace {
@@ -18,113 +20,13 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 constexpr double kSameSpread = 0.01, kSameOffset_s = 1e-6;
 constexpr double kMuchWorse = 2;  // Over the other median: no matter of noise.
-constexpr int kMaxRounds = 30, kMaxSteps = 20;
-constexpr double kConverged = 1e-10;
+constexpr int kMaxRounds = 30;
 constexpr double kMedianOfChi3 = 1.538;  // Median length of a vector of three standard normals.
 constexpr double kMedianOfChi2 = 1.177, kMedianOfChi1 = 0.6745;
 /// The clock offset is tried at these steps over this many standard deviations of its prior.
 constexpr double kOffsetStep_s = 0.25, kOffsetSigmas = 2;
 /// A spread below this share of what a fix is taken for is not believed.
 constexpr double kLeastRatio = 0.05;
-
-/// The information that weighted positions and the priors give, and the gradient.
-struct Normal {
-  Matrix8d information = Matrix8d::Zero();
-  Vector8d gradient = Vector8d::Zero();
-
-  template <int kRows>
-  void Add(const Eigen::Matrix<double, kRows, 8>& jacobian,
-           const Eigen::Matrix<double, kRows, 1>& residual) {
-    information.noalias() += jacobian.transpose() * jacobian;
-    gradient.noalias() += jacobian.transpose() * residual;
-  }
-};
-
-class Refinement {
- public:
-  Refinement(const PathPositions& positions, const Eigen::Vector3d& antenna_cam_m,
-             const ClockPrior& clock, double placed_offset_s, const GeoreferenceOptions& options,
-             const MetricPrior* known)
-      : positions_(positions),
-        antenna_cam_m_(antenna_cam_m),
-        clock_(clock),
-        placed_offset_s_(placed_offset_s),
-        level_sigma_(options.level_sigma_deg * kDegree),
-        known_(known) {}
-
-  /// `per_sigma`: one over the standard deviation to count with, by axis; zero for an outlier.
-  Normal Linearise(const PathEstimate& estimate,
-                   const std::vector<Eigen::Vector3d>& per_sigma) const {
-    Normal normal;
-    const Sim3& local = estimate.local_from_world;
-    Eigen::Vector3d side = Eigen::Vector3d::Zero();  // The mean of the cameras' x axes.
-    for (size_t i = 0; i < positions_.size(); ++i) {
-      const SE3& camera = positions_[i].camera.world_from_cam;
-      side += local.rotation() * (camera.rotation() * Eigen::Vector3d::UnitX());
-      if (per_sigma[i].isZero()) continue;
-      Eigen::Matrix<double, 3, 8> jacobian;
-      Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // A clock that is known does not move.
-      if (clock_.sigma_s > 0)
-        velocity = local.scale() * (local.rotation() * positions_[i].velocity_world);
-      const Eigen::Vector3d path =
-          local * (camera.translation() + estimate.clock_shift_s * positions_[i].velocity_world) -
-          local.translation();
-      const Eigen::Vector3d arm = local.rotation() * (camera.rotation() * antenna_cam_m_);
-      jacobian << -Skew(path + arm), Eigen::Matrix3d::Identity(), path, velocity;
-      normal.Add<3>(
-          per_sigma[i].asDiagonal() * jacobian,
-          per_sigma[i].cwiseProduct(AntennaResidual(estimate, positions_[i], antenna_cam_m_)));
-    }
-    AddPriors(estimate, side / static_cast<double>(positions_.size()), &normal);
-    return normal;
-  }
-
-  PathEstimate Solve(PathEstimate estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
-    for (int step = 0; step < kMaxSteps; ++step) {
-      const Normal normal = Linearise(estimate, per_sigma);
-      const Vector8d change = -normal.information.ldlt().solve(normal.gradient);
-      if (!change.allFinite()) break;
-      const Sim3& local = estimate.local_from_world;
-      estimate.local_from_world =
-          Sim3(local.scale() * std::exp(std::clamp(change[kLogScale], -1.0, 1.0)),
-               RotationExp(change.segment<3>(kTurn)) * local.rotation(),
-               local.translation() + change.segment<3>(kShift));
-      if (clock_.sigma_s > 0) estimate.clock_shift_s += change[kClockOffset];
-      if (change.norm() < kConverged) break;
-    }
-    return estimate;
-  }
-
- private:
-  void AddPriors(const PathEstimate& estimate, const Eigen::Vector3d& side, Normal* normal) const {
-    Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
-    level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
-    normal->Add<1>(level, Eigen::Matrix<double, 1, 1>(side.z() / level_sigma_));
-    Eigen::Matrix<double, 1, 8> offset = Eigen::Matrix<double, 1, 8>::Zero();
-    const double per_sigma = clock_.sigma_s > 0 ? 1 / clock_.sigma_s : 1e6;
-    offset[kClockOffset] = per_sigma;
-    const double away_s = placed_offset_s_ + estimate.clock_shift_s - clock_.offset_s;
-    normal->Add<1>(offset, Eigen::Matrix<double, 1, 1>(per_sigma * away_s));
-    if (known_) AddKnown(estimate.local_from_world, normal);
-  }
-
-  void AddKnown(const Sim3& local_from_world, Normal* normal) const {
-    Eigen::Matrix<double, 1, 8> scale = Eigen::Matrix<double, 1, 8>::Zero();
-    scale[kLogScale] = 1 / known_->scale_sigma;
-    normal->Add<1>(scale, Eigen::Matrix<double, 1, 1>(std::log(local_from_world.scale()) /
-                                                      known_->scale_sigma));
-    const Eigen::Vector3d up = local_from_world.rotation() * Eigen::Vector3d::UnitZ();
-    Eigen::Matrix<double, 2, 8> tilt = Eigen::Matrix<double, 2, 8>::Zero();
-    tilt.middleCols<3>(kTurn) = -Skew(up).topRows<2>() / known_->tilt_sigma_rad;
-    normal->Add<2>(tilt, up.head<2>() / known_->tilt_sigma_rad);
-  }
-
-  const PathPositions& positions_;
-  const Eigen::Vector3d antenna_cam_m_;
-  const ClockPrior clock_;
-  const double placed_offset_s_, level_sigma_;
-  const MetricPrior* known_;
-};
 
 /// How far the residuals of some axes spread, over what they should.
 double Spread(const PathEstimate& estimate, const PathPositions& positions,
@@ -242,8 +144,8 @@ class RobustFit {
 
   PathEstimate Refine(const PathEstimate& estimate) {
     CountIndependent();
-    const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
-                                options_, known_);
+    const GeoreferenceRefinement refinement(found_.positions, antenna_cam_m_, clock_,
+                                            found_.clock_offset_s, options_, known_);
     const PathEstimate refined = refinement.Solve(estimate, PerSigma());
     found_.horizontal_ratio =
         Believed(Spread(refined, found_.positions, found_.outlier, antenna_cam_m_, 0, 2));
@@ -284,9 +186,9 @@ class RobustFit {
     squares /= found_.used();
     found_.horizontal_rms_m = std::sqrt(squares.x() + squares.y());
     found_.vertical_rms_m = std::sqrt(squares.z());
-    const Refinement refinement(found_.positions, antenna_cam_m_, clock_, found_.clock_offset_s,
-                                options_, known_);
-    const Matrix8d information = refinement.Linearise(estimate, PerSigma()).information;
+    const GeoreferenceRefinement refinement(found_.positions, antenna_cam_m_, clock_,
+                                            found_.clock_offset_s, options_, known_);
+    const Matrix8d information = refinement.Information(estimate, PerSigma());
     const Eigen::LLT<Matrix8d> factor(information);
     found_.covariance = factor.info() == Eigen::Success
                             ? Matrix8d(factor.solve(Matrix8d::Identity()))

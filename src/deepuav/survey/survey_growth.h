@@ -8,6 +8,7 @@
 #include "deepuav/survey/survey_adjustment.h"
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/survey_state.h"
+#include "deepuav/survey/track_points.h"
 #include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
@@ -59,26 +60,15 @@ class SurveyGrowth {
     int points = 0;
   };
 
-  bool lens_is_young() const;
-  double MaxErrorPx() const;
-  double MaxSquaredErrorPx(const SightPixel& sight) const;
-  bool Agrees(const Eigen::Vector3d& point, const Track::Sight& sight) const;
   NextView ChooseNext(const std::set<int>& taken) const;
   bool AddView(int view);
-  void TriangulateIn(int view);
-  int TriangulateAll();
-  bool Triangulate(size_t track);
-  int Judge();
-  int JudgeTrack(size_t track);
-  int ForAllTracks(const std::function<int(size_t)>& count) const;
   void AdjustAround(int view, const std::function<bool()>& stop);
   int AdjustAll(int max_iterations, double max_last_move, const std::function<bool()>& stop);
-  const SightPixel& SightOf(const Track::Sight& sight) const;
-  const Eigen::Vector2d& PixelOf(const Track::Sight& sight) const;
 
   const Tracks* tracks_;
   const ViewPixels* px_;
   SurveyOptions options_;
+  TrackPoints points_;
   SurveyState state_;
   std::function<void(const SurveyState&)> watch_;
   std::vector<int> failed_at_;  ///< By view: the points it matched when no pose was found.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "deepuav/base/error.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/wait.h"
 #include "deepuav/evaluation/run_folder.h"
 #include "deepuav/viewer/map_view.h"
@@ -24,12 +25,6 @@ int Count(const RunFolder& run, const char* key) {
   return count != run.summary.end() && count->is_number_integer() ? count->get<int>() : 0;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return values.empty() ? 0 : *middle;
-}
-
 }  // namespace
 
 Replay::Replay(const std::filesystem::path& folder, const ReplayOptions& options, ViewModel* model)
@@ -39,7 +34,9 @@ Replay::Replay(const std::filesystem::path& folder, const ReplayOptions& options
       maps_(loaded_.atlas.Remaining()) {
   const RunFolder run = ReadRunFolder(folder);
   frames_ = ReadRecordedFrames(folder, MainMapOf(run));
-  for (const auto& [stage, ms] : run.stage_ms) model_->AddStage(stage, 1e-3 * Median(ms));
+  for (const auto& [stage, ms] : run.stage_ms) {
+    if (!ms.empty()) model_->AddStage(stage, 1e-3 * Median(ms));
+  }
   // When it closed its loops is not recorded, only how many.
   model_->CountChanges(Count(run, "closed_loops"), Count(run, "merged_maps"));
   model_->SetPeakMemory(run.summary.value("peak_resident_mb", 0.));

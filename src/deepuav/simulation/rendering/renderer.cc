@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <vector>
 
+#include "deepuav/simulation/rendering/camera_pose.h"
 #include "deepuav/simulation/rendering/camera_rays.h"
+#include "deepuav/simulation/rendering/exposure_meter.h"
 #include "deepuav/simulation/rendering/flow.h"
 #include "deepuav/simulation/rendering/light_tracer.h"
 #include "deepuav/simulation/rendering/moving_scene.h"
@@ -58,15 +59,6 @@ std::vector<Vector2f> SampleOffsets(int count) {
   return centred;
 }
 
-struct CameraPose {
-  Eigen::Matrix3f rotation;
-  Vector3f position;
-
-  explicit CameraPose(const SE3& world_from_cam)
-      : rotation(world_from_cam.RotationMatrix().cast<float>()),
-        position(world_from_cam.translation().cast<float>()) {}
-};
-
 // The camera while it exposes one row.
 struct RowView {
   CameraPose pose;
@@ -84,6 +76,7 @@ class Renderer::Impl {
         options_(Checked(options)),
         rays_(camera_, options.threads),
         sky_(options.weather, world_.textures()),
+        meter_(world_, sky_, camera_, rays_, options.sensor),
         moving_(world_),
         sensor_(options.sensor, {camera.width, camera.height}, static_cast<uint64_t>(options.seed),
                 options.threads),
@@ -97,7 +90,7 @@ class Renderer::Impl {
 
   Rendered Render(const PathOfCamera& path, double time_s, int frame_index,
                   const TruthRequest& truth) {
-    const ExposureSetting setting = MeterExposure(path, time_s);
+    const ExposureSetting setting = meter_.Meter(path, time_s);
     Rendered rendered;
     rendered.exposure = {time_s - setting.duration_s / 2, setting.duration_s, setting.gain};
     const double start_s = RowTime(time_s, 0) - setting.duration_s / 2;
@@ -188,41 +181,6 @@ class Renderer::Impl {
     });
   }
 
-  // The lagging mean, over the last while, of what a few rays see. So a picture follows from its
-  // time alone, not from pictures rendered before.
-  ExposureSetting MeterExposure(const PathOfCamera& path, double time_s) const {
-    constexpr int kProbeStepPx = 24, kMoments = 6;
-    constexpr double kMomentLags = 0.5;
-    const double lag_s = options_.sensor.exposure_lag_s;
-    const LightTracer tracer(world_, sky_, nullptr);
-    double weighted = 0, weights = 0;
-    for (int k = 0; k < (lag_s > 0 ? kMoments : 1); ++k) {
-      const CameraPose pose(path(time_s - k * kMomentLags * lag_s));
-      std::vector<float> radiances;
-      for (int y = kProbeStepPx / 2; y < camera_.height; y += kProbeStepPx) {
-        for (int x = kProbeStepPx / 2; x < camera_.width; x += kProbeStepPx * kLanes) {
-          RayPacket packet;
-          for (int i = 0; i < kLanes; ++i) {
-            const int column = x + i * kProbeStepPx;
-            if (column >= camera_.width) break;
-            const Vector2f ray = rays_.At(column, y);
-            if (std::isnan(ray.x())) continue;
-            packet.Set(i, pose.position, pose.rotation * Vector3f(ray.x(), ray.y(), 1), 0);
-          }
-          const auto light = tracer.Radiance(&packet, kProbeStepPx * rays_.pixel_size());
-          for (int i = 0; i < kLanes; ++i) {
-            if (packet.valid[static_cast<size_t>(i)] != 0)
-              radiances.push_back(light[static_cast<size_t>(i)]);
-          }
-        }
-      }
-      const double weight = std::exp(-k * kMomentLags);
-      weighted += weight * std::log(MeteredScale(options_.sensor, radiances));
-      weights += weight;
-    }
-    return SettingFor(options_.sensor, std::exp(weighted / weights));
-  }
-
   void FindTruth(const PathOfCamera& path, double time_s, const TruthRequest& truth,
                  Rendered* rendered) {
     const cv::Size size(camera_.width, camera_.height);
@@ -295,6 +253,7 @@ class Renderer::Impl {
   RenderOptions options_;
   CameraRays rays_;
   Sky sky_;
+  ExposureMeter meter_;
   MovingScene moving_;
   Sensor sensor_;
   std::vector<Vector2f> offsets_;

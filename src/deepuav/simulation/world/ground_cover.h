@@ -2,9 +2,12 @@
 
 #include <memory>
 
+#include "deepuav/simulation/world/ground_materials.h"
 #include "deepuav/simulation/world/material_textures.h"
 #include "deepuav/simulation/world/parcels.h"
 #include "deepuav/simulation/world/road_network.h"
+#include "deepuav/simulation/world/road_surface.h"
+#include "deepuav/simulation/world/scene_options.h"
 
 namespace deepuav {
 
@@ -20,36 +23,20 @@ class GroundCover {
   float Albedo(float x, float y, float height_m, float footprint_m) const;
 
  private:
-  // A place with what all covers need of it.
-  struct Spot {
-    float x, y;
-    float footprint;
-    float middle, large;  // Noise of about a metre to 30 m and up to 300 m, -1 to 1.
-  };
-
-  float Detail(Material material, float u, float v, float tile_m, float footprint) const {
-    return 2 * textures_[material].Sample(u / tile_m, v / tile_m, footprint / tile_m) - 1;
-  }
-  float FieldAlbedo(const Spot& spot, const Parcel& parcel, float border_m) const;
-  float CropAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float WheatAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float PloughedAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float StubbleAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float GardenAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float SquareAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float DesertAlbedo(const Spot& spot, const Parcel& parcel, float u, float v) const;
-  float GrassAlbedo(const Spot& spot, float u, float v) const;
-  float RoadAlbedo(const Spot& spot, const RoadNetwork::Place& place) const;
-  float TrackAlbedo(const Spot& spot, const RoadNetwork::Place& place) const;
-  float Asphalt(const Spot& spot, const RoadNetwork::Place& place) const;
-  float Markings(const RoadNetwork::Place& place, float footprint) const;
-  float PavementAlbedo(const Spot& spot, const RoadNetwork::Place& place) const;
+  float FieldAlbedo(const GroundSpot& spot, const Parcel& parcel, float border_m) const;
+  float CropAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float WheatAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float PloughedAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float StubbleAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float GardenAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float SquareAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
+  float DesertAlbedo(const GroundSpot& spot, const Parcel& parcel, float u, float v) const;
   float PhotoAlbedo(float x, float y, float footprint_m) const;
 
-  const MaterialTextures& textures_;
+  const GroundMaterials materials_;
+  const RoadSurface roadways_;
   const ParcelMap& parcels_;
   const RoadNetwork& roads_;
-  float aridity_;
   std::unique_ptr<const MipTexture> photo_;
   float photo_width_m_ = 0;
 };

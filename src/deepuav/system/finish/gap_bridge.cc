@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "deepuav/base/logging.h"
+#include "deepuav/base/median.h"
 #include "deepuav/base/option_check.h"
-#include "deepuav/estimation/poses/bearing_rotation.h"
 #include "deepuav/map/landmark_noise.h"
 #include "deepuav/system/frames/frame_path.h"
 
@@ -17,38 +17,6 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr int kMinPaceChanges = 10;  // fewer tell no noise of motion: then the whole map's do
-constexpr int kRotationTries = 200;
-constexpr double kToleranceSigmas = 3;
-constexpr double kMaxToleranceRatio = 0.1;  // of the image's width: room beyond says nothing
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double PositionSigma(const GapPath::Pose& pose) {
-  return std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace());
-}
-
-/// Turns frame by frame, with what is missing to the last one's known orientation spread over all.
-void TurnAlong(const std::vector<Eigen::Quaterniond>& next_from_frame, size_t first, size_t last,
-               std::vector<PathFrame>* frames) {
-  std::vector<Eigen::Quaterniond> cam_from_world = {(*frames)[first].cam_from_world.rotation()};
-  for (size_t i = first; i < last; ++i)
-    cam_from_world.push_back(next_from_frame[i] * cam_from_world.back());
-  const Eigen::Quaterniond missing =
-      (*frames)[last].cam_from_world.rotation() * cam_from_world.back().conjugate();
-  const double whole_s = (*frames)[last].time_s - (*frames)[first].time_s;
-  for (size_t i = first + 1; i < last; ++i) {
-    PathFrame& frame = (*frames)[i];
-    const double share = (frame.time_s - (*frames)[first].time_s) / whole_s;
-    const Eigen::Quaterniond rotation =
-        Eigen::Quaterniond::Identity().slerp(share, missing) * cam_from_world[i - first];
-    const Eigen::Vector3d centre = frame.cam_from_world.InverseTranslation();
-    frame.cam_from_world = SE3(rotation, -(rotation * centre));
-  }
-}
 
 /// More than what is known of the path's pose explains.
 bool IsFarFrom(const SE3& cam_from_world, const GapPath::Pose& pose) {
@@ -76,7 +44,11 @@ struct GapBridge::Stretch {
 
 GapBridge::GapBridge(const GapSight& sight, const GapOptions& options, const Atlas& atlas,
                      std::vector<std::shared_ptr<const Features>> features)
-    : sight_(sight), options_(options), atlas_(atlas), features_(std::move(features)) {
+    : sight_(sight),
+      options_(options),
+      linker_(sight.camera, sight.matcher, options),
+      atlas_(atlas),
+      features_(std::move(features)) {
   options_.Check();
 }
 
@@ -103,10 +75,10 @@ int GapBridge::BridgeOne(const PathStretch& gap, std::vector<FrameRecord>* recor
     return stays("nothing tells how the camera moves");
   std::optional<GapPath> path = solve();
   if (!path) return stays("no path leads from pose to pose");
-  LinkFrames(*path, &stretch);
+  linker_.Link(*path, stretch.ids, stretch.features, &stretch.problem);
   path = solve();
   if (path) {
-    DropDoubtfulLinks(*path, &stretch);
+    linker_.DropDoubtful(*path, &stretch.problem);
     path = solve();
   }
   for (const double radius_px :
@@ -212,82 +184,6 @@ InverseDepth GapBridge::SceneOf(const Stretch& stretch,
   return {mean, std::max(std::sqrt(squares / static_cast<double>(inverse.size())), 0.5 * mean)};
 }
 
-double GapBridge::TolerancePx(const Stretch& stretch, const GapPath& path, size_t a,
-                              size_t b) const {
-  const GapPath::Pose &from = path.poses[a], &to = path.poses[b];
-  const double apart =
-      (from.cam_from_world.InverseTranslation() - to.cam_from_world.InverseTranslation()).norm() +
-      kToleranceSigmas * std::hypot(PositionSigma(from), PositionSigma(to));
-  const InverseDepth& scene = stretch.problem.scene;
-  const double parallax_px =
-      sight_.camera.pinhole.fx * apart * (scene.mean + kToleranceSigmas * scene.sigma);
-  const double noise_px = kToleranceSigmas * M_SQRT2;
-  return noise_px + std::min(parallax_px, kMaxToleranceRatio * sight_.camera.width);
-}
-
-void GapBridge::LinkFrames(const GapPath& start, Stretch* stretch) const {
-  std::vector<PathFrame>& frames = stretch->problem.frames;
-  std::vector<Eigen::Quaterniond> next_from_frame;
-  for (size_t i = 0; i < frames.size(); ++i)
-    frames[i].cam_from_world = start.poses[i].cam_from_world;
-  for (size_t a = 0; a + 1 < frames.size(); ++a) {
-    std::optional<Eigen::Quaterniond> turn;
-    for (const size_t b : {a + 1, a + 2}) {
-      if (b >= frames.size() || (frames[a].is_known && frames[b].is_known)) continue;
-      const auto found = Link(a, b, TolerancePx(*stretch, start, a, b), stretch);
-      if (b == a + 1) turn = found;
-    }
-    next_from_frame.push_back(turn.value_or(frames[a + 1].cam_from_world.rotation() *
-                                            frames[a].cam_from_world.rotation().conjugate()));
-  }
-  size_t known = 0;
-  for (size_t i = 1; i < frames.size(); ++i) {
-    if (!frames[i].is_known) continue;
-    TurnAlong(next_from_frame, known, i, &frames);
-    known = i;
-  }
-}
-
-std::optional<Eigen::Quaterniond> GapBridge::Link(size_t a, size_t b, double tolerance_px,
-                                                  Stretch* stretch) const {
-  const auto &of_a = stretch->features[a], &of_b = stretch->features[b];
-  if (!of_a || !of_b) return std::nullopt;
-  std::vector<PixelPair> pixels;
-  std::vector<double> sigmas_px;
-  for (const Match& match : sight_.matcher->MatchFeatures(*of_a, *of_b)) {
-    const Keypoint& in_a = of_a->keypoints[static_cast<size_t>(match.a)];
-    const Keypoint& in_b = of_b->keypoints[static_cast<size_t>(match.b)];
-    pixels.push_back({in_a.px.cast<double>(), in_b.px.cast<double>()});
-    sigmas_px.push_back(std::hypot(in_a.sigma_px, in_b.sigma_px));
-  }
-  const auto turn =
-      EstimateBearingRotation(sight_.camera.pinhole, pixels, tolerance_px, kRotationTries,
-                              static_cast<uint64_t>(stretch->ids[a].value));
-  if (!turn || turn->inlier_count < options_.min_pairs ||
-      turn->inlier_count < options_.min_pair_ratio * static_cast<double>(pixels.size()))
-    return std::nullopt;
-  FrameLink link{static_cast<int>(a), static_cast<int>(b), {}};
-  for (size_t i = 0; i < pixels.size(); ++i) {
-    if (turn->inlier[i]) link.pairs.push_back({pixels[i].a_px, pixels[i].b_px, sigmas_px[i]});
-  }
-  stretch->problem.links.push_back(std::move(link));
-  return turn->b_from_a;
-}
-
-bool GapBridge::Holds(const Stretch& stretch, const GapPath& path, size_t link) const {
-  const int agreeing = path.link_inlier_count[link];
-  const auto all = static_cast<double>(stretch.problem.links[link].pairs.size());
-  return agreeing >= options_.min_pairs && agreeing >= options_.min_pair_ratio * all;
-}
-
-void GapBridge::DropDoubtfulLinks(const GapPath& path, Stretch* stretch) const {
-  std::vector<FrameLink> holding;
-  for (size_t k = 0; k < stretch->problem.links.size(); ++k) {
-    if (Holds(*stretch, path, k)) holding.push_back(std::move(stretch->problem.links[k]));
-  }
-  stretch->problem.links = std::move(holding);
-}
-
 void GapBridge::LookForLandmarks(const GapPath& path, double radius_px, Stretch* stretch) const {
   std::vector<std::shared_ptr<const LocalMap>> surroundings;
   for (const KeyframeId keyframe : stretch->near)
@@ -342,7 +238,7 @@ std::vector<uint8_t> GapBridge::WhatImagesTell(const Stretch& stretch, const Gap
   for (size_t i = 0; i + 1 < frames.size(); ++i)
     step_is_seen[i] = !stretch.is_lost[i] && !stretch.is_lost[i + 1];
   for (size_t k = 0; k < stretch.problem.links.size(); ++k) {
-    if (!Holds(stretch, path, k)) continue;
+    if (!linker_.Holds(stretch.problem, path, k)) continue;
     const FrameLink& link = stretch.problem.links[k];
     std::fill(step_is_seen.begin() + link.a, step_is_seen.begin() + link.b, 1);
   }

@@ -10,6 +10,7 @@
 #include "deepuav/localisation/frame_locator.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/matching/matcher.h"
+#include "deepuav/system/finish/gap_links.h"
 #include "deepuav/system/finish/gap_options.h"
 #include "deepuav/system/finish/path_gaps.h"
 #include "deepuav/system/frames/frame_record.h"
@@ -46,15 +47,6 @@ class GapBridge {
   PathFrame Place(const std::vector<FrameRecord>& records, size_t i, Stretch* stretch) const;
   MotionNoise MotionAbout(const Stretch& stretch, const std::vector<FrameRecord>& records) const;
   InverseDepth SceneOf(const Stretch& stretch, const std::vector<FrameRecord>& records) const;
-  /// Links neighbours and those next to them; `start`: the path without links.
-  void LinkFrames(const GapPath& start, Stretch* stretch) const;
-  std::optional<Eigen::Quaterniond> Link(size_t a, size_t b, double tolerance_px,
-                                         Stretch* stretch) const;
-  /// Room that parallax needs, between two frames of the path.
-  double TolerancePx(const Stretch& stretch, const GapPath& path, size_t a, size_t b) const;
-  /// Whether enough of a link's pairs agree with the path.
-  bool Holds(const Stretch& stretch, const GapPath& path, size_t link) const;
-  void DropDoubtfulLinks(const GapPath& path, Stretch* stretch) const;
   /// Landmarks in windows around where the path expects them.
   void LookForLandmarks(const GapPath& path, double radius_px, Stretch* stretch) const;
   void AddLandmarksOf(const LocalMap& local_map, const Features& features, const KeypointGrid& grid,
@@ -66,6 +58,7 @@ class GapBridge {
 
   const GapSight sight_;
   const GapOptions options_;
+  const GapLinker linker_;
   const Atlas& atlas_;
   const std::vector<std::shared_ptr<const Features>> features_;
 };

@@ -2,124 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <string>
+#include <utility>
 
 #include "deepuav/sensors/geodesy.h"
 #include "deepuav/system/finish/pose_covariances.h"
-#include "deepuav/system/sensors/fix_trial.h"
-#include "support/synthetic_visits.h"
+#include "deepuav/system/testing/georeferencing_fixture.h"
 
 namespace deepuav {
 namespace {
-
-const GeoPoint kOrigin{47.4, 8.5, 500};
-const Eigen::Vector3d kAntenna(0.2, -0.1, 0);
-/// What the camera makes of the flight: another place, another scale.
-const Sim3 kMapFromLocal(0.1, RotationExp({0.4, 0.2, -1}), {2, 1, -3});
-constexpr int kRows = 4, kColumns = 12;
-constexpr double kHeight = 12, kSpacing = 3;
-
-/// Rows flown to and fro over ground.
-std::vector<SE3> Flight() {
-  std::vector<SE3> poses;
-  for (int row = 0; row < kRows; ++row) {
-    for (int k = 0; k < kColumns; ++k) {
-      const int column = row % 2 == 0 ? k : kColumns - 1 - k;
-      poses.push_back(LookDown({kSpacing * column, kSpacing * row - 5, kHeight}, 0));
-    }
-  }
-  return poses;
-}
-
-/// A map whose scale grows along the flight, records of its keyframes, and what sensors measured.
-class GeoreferencingTest : public testing::Test {
- protected:
-  GeoreferencingTest() : world_(StripOfGround(1, 1200)), made_(world_, 2), flight_(Flight()) {
-    made_.AddMap();
-    visit_ = made_.Add(MapId{0}, flight_, kMapFromLocal, {0.3, 0.3, 0, 0});
-    Random random(3);
-    for (size_t i = 0; i < flight_.size(); ++i) {
-      const Keyframe& keyframe = map().At(visit_.keyframes[i]);
-      FrameRecord record;
-      record.id = keyframe.frame.id;
-      record.time = keyframe.frame.time;
-      record.map = MapId{0};
-      record.pose = {keyframe.id, SE3(), keyframe.scale};
-      records_.push_back(record);
-      AddFix(record.time, flight_[i].Inverse() * kAntenna, &random);
-    }
-    streams_.gnss.antenna_cam_m = kAntenna;
-    options_.gnss.correlation_s = 0;
-    options_.barometer.step_s = 0.05;  // The keyframes are so close in time.
-    options_.barometer.window_s = 0.01;
-  }
-
-  Map& map() { return made_.atlas.At(MapId{0}); }
-
-  void AddFix(Timestamp time, const Eigen::Vector3d& position_m, Random* random,
-              double sigma_m = 0.3) {
-    const Eigen::Vector3d noise(random->Gaussian(sigma_m), random->Gaussian(sigma_m),
-                                random->Gaussian(sigma_m));
-    const GeoPoint point = GeoFromLocal(kOrigin, position_m + noise);
-    streams_.gnss.fixes.push_back({time, point.latitude_deg, point.longitude_deg, point.altitude_m,
-                                   Eigen::Vector3d::Constant(sigma_m)});
-    streams_.barometer.samples.push_back({time, 0, 20 + (position_m).z()});
-  }
-
-  /// The map bends: later parts are larger, as a camera alone may see it.
-  void Drift(double growth) {
-    const double count = static_cast<double>(flight_.size());
-    const auto grown = [&](const Eigen::Vector3d& position) {
-      const Eigen::Vector3d local = kMapFromLocal.Inverse() * position;
-      const double factor = 1 + growth * (local.y() + 5) / count;
-      return kMapFromLocal * Eigen::Vector3d(factor * local);
-    };
-    for (const KeyframeId id : visit_.keyframes) {
-      const SE3 pose = map().At(id).cam_from_world;
-      map().SetPose(id,
-                    SE3(pose.rotation(), -(pose.rotation() * grown(pose.InverseTranslation()))));
-    }
-    std::vector<LandmarkId> landmarks;
-    map().landmarks().ForEach([&](const Landmark& l) { landmarks.push_back(l.id); });
-    for (LandmarkId id : landmarks) map().SetPosition(id, grown(map().At(id).position_world));
-  }
-
-  GeoreferenceReport Apply() {
-    Mapper mapper(camera(), {}, &made_.atlas, nullptr);
-    Georeferencing georeferencing(streams_, options_, priors_, &mapper, &made_.atlas);
-    Pinhole pinhole = world_.world().pinhole;
-    return georeferencing.Apply(MapId{0}, records_, &pinhole, false, nullptr);
-  }
-
-  Camera camera() {
-    Camera camera;
-    camera.pinhole = world_.world().pinhole;
-    camera.width = 752;
-    camera.height = 480;
-    return camera;
-  }
-
-  /// Root mean squared distance of the keyframes from the truth, about the truth's origin.
-  double Error(const GeoPoint& origin) {
-    double squares = 0;
-    for (size_t i = 0; i < flight_.size(); ++i) {
-      const Eigen::Vector3d found =
-          LocalFromLocal(kOrigin, origin) *
-          map().At(visit_.keyframes[i]).cam_from_world.InverseTranslation();
-      squares += (found - flight_[i].InverseTranslation()).squaredNorm();
-    }
-    return std::sqrt(squares / static_cast<double>(flight_.size()));
-  }
-
-  const FeatureWorld world_;
-  SyntheticVisits made_;
-  std::vector<SE3> flight_;
-  Visit visit_;
-  std::vector<FrameRecord> records_;
-  SensorStreams streams_;
-  SensorUseOptions options_;
-  MetricPriors priors_;
-};
 
 TEST_F(GeoreferencingTest, AMapComesToItsPlaceOnEarth) {
   const GeoreferenceReport report = Apply();
@@ -152,87 +43,6 @@ TEST_F(GeoreferencingTest, FixesToCentimetresLeaveNoDrift) {
   ASSERT_TRUE(report.found) << report.reason;
   EXPECT_EQ(report.used, kRows * kColumns);
   EXPECT_LT(Error(report.origin), 0.03);
-}
-
-/// Fixes to a centimetre, and a photograph that a corner of it alone holds, a bit off.
-class GeoreferencingByCarrierTest : public GeoreferencingTest {
- protected:
-  static constexpr size_t kWeak = 20;
-
-  GeoreferencingByCarrierTest() {
-    streams_.gnss.fixes.clear();
-    streams_.barometer.samples.clear();
-    Random random(4);
-    for (size_t i = 0; i < flight_.size(); ++i)
-      AddFix(records_[i].time, flight_[i].Inverse() * kAntenna, &random, 0.01);
-  }
-
-  /// What it sees in the corner is measured as from that far beside.
-  void HoldByACorner(const Eigen::Vector3d& off_m) {
-    constexpr double kCornerPx = 170;
-    const KeyframeId id = visit_.keyframes[kWeak];
-    const Eigen::Vector3d corner_ray =
-        camera().pinhole.Unproject({kCornerPx / 2, kCornerPx / 2}).normalized();
-    const Eigen::Vector3d seen = flight_[kWeak].Inverse() * (kHeight / corner_ray.z() * corner_ray);
-    const Eigen::Vector3d centre = flight_[kWeak].InverseTranslation();
-    const auto turn = Eigen::Quaterniond::FromTwoVectors(seen - centre - off_m, seen - centre);
-    const Eigen::Quaterniond rotation = flight_[kWeak].rotation() * turn;
-    const SE3 beside(rotation, -(rotation * (centre + off_m)));
-    const std::vector<LandmarkId> landmarks = map().At(id).landmarks;
-    for (const LandmarkId landmark : landmarks) {
-      if (!landmark.valid()) continue;
-      const Eigen::Vector3d local = kMapFromLocal.Inverse() * map().At(landmark).position_world;
-      const Eigen::Vector2d px = camera().pinhole.Project(beside * local);
-      if (px.maxCoeff() > kCornerPx) {
-        map().RemoveObservation(id, landmark);
-      } else {
-        map().SetMeasurement(id, landmark, {px.cast<float>(), 1.0, false});
-      }
-    }
-    map().SetPose(id, kMapFromLocal.MovePose(beside));
-  }
-
-  double ErrorOf(size_t i, const GeoPoint& origin) {
-    return (LocalFromLocal(kOrigin, origin) *
-                map().At(visit_.keyframes[i]).cam_from_world.InverseTranslation() -
-            flight_[i].InverseTranslation())
-        .norm();
-  }
-};
-
-TEST_F(GeoreferencingByCarrierTest, AFixWinsOverAPhotographThatIsHeldByACorner) {
-  HoldByACorner({0.3, -0.2, 0.1});
-  const GeoreferenceReport report = Apply();
-  ASSERT_TRUE(report.found) << report.reason;
-  EXPECT_EQ(report.used, kRows * kColumns);
-  EXPECT_LT(ErrorOf(kWeak, report.origin), 0.05);
-}
-
-TEST_F(GeoreferencingByCarrierTest, ACornerLetsAPhotographBeElsewhereAndAllOfItDoesNot) {
-  const double unit = kMapFromLocal.scale();  // 1 m in the map
-  PositionFactor fix;
-  fix.position_world = kMapFromLocal * flight_[kWeak].InverseTranslation();
-  fix.per_sigma.setConstant(1 / (0.01 * unit));
-  const KeyframeId id = visit_.keyframes[kWeak];
-  const FixTrial there = TryFix(map(), id, fix, camera().pinhole);
-  EXPECT_GT(there.agreeing, 0.98 * there.agreeing_now);
-  EXPECT_LT(there.fix_sigmas, 3);
-  fix.position_world.x() += 0.3 * unit;
-  const FixTrial beside = TryFix(map(), id, fix, camera().pinhole);
-  EXPECT_GT(beside.agreeing_now, 100);
-  EXPECT_GT(beside.fix_sigmas, 10);
-  HoldByACorner({0, 0, 0});
-  const FixTrial of_corner = TryFix(map(), id, fix, camera().pinhole);
-  EXPECT_GT(of_corner.agreeing, 0.8 * of_corner.agreeing_now);
-  EXPECT_LT(of_corner.fix_sigmas, 4);
-}
-
-TEST_F(GeoreferencingByCarrierTest, AFixThatIsWrongDoesNotWinOverAPhotographThatSeesMuch) {
-  streams_.gnss.fixes[kWeak].latitude_deg += 3e-6;  // 0.3 m
-  const GeoreferenceReport report = Apply();
-  ASSERT_TRUE(report.found) << report.reason;
-  EXPECT_EQ(report.used, kRows * kColumns - 1);
-  EXPECT_LT(ErrorOf(kWeak, report.origin), 0.05);
 }
 
 TEST_F(GeoreferencingTest, CovariancesAreThoseOfTheErrors) {
