@@ -4,45 +4,12 @@
 #include <exception>
 
 #include "deepuav/base/logging.h"
-#include "deepuav/inertial/camera_turns.h"
 #include "deepuav/system/finish/bent_start.h"
 #include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/finish/gap_bridge.h"
 #include "deepuav/system/finish/path_smoothing.h"
-#include "deepuav/system/shutter/readout_finding.h"
-#include "deepuav/system/shutter/readout_following.h"
 
 namespace deepuav {
-namespace {
-
-/// The maps, those with most keyframes first: the largest knows the camera best.
-std::vector<MapId> ByKeyframes(const Atlas& atlas) {
-  std::vector<MapId> maps = atlas.Remaining();
-  std::stable_sort(maps.begin(), maps.end(), [&atlas](MapId a, MapId b) {
-    return atlas.At(a).KeyframeCount() > atlas.At(b).KeyframeCount();
-  });
-  return maps;
-}
-
-/// Of a camera of which nothing is known: none again, unless it is kept.
-class AssumedReadout {
- public:
-  AssumedReadout(double readout_s, Camera* camera) : camera_(camera) {
-    camera->readout_s = readout_s;
-  }
-  AssumedReadout(const AssumedReadout&) = delete;
-  AssumedReadout& operator=(const AssumedReadout&) = delete;
-  ~AssumedReadout() {
-    if (!is_kept_) camera_->readout_s = 0;
-  }
-  void Keep() { is_kept_ = true; }
-
- private:
-  Camera* camera_;
-  bool is_kept_ = false;
-};
-
-}  // namespace
 
 void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* result) const {
   Stopwatch since_stop;
@@ -80,7 +47,7 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
 
 void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   if (!Adjusts()) return;
-  const std::vector<MapId> maps = ByKeyframes(*run_.atlas);
+  const std::vector<MapId> maps = MapsBySize();
   for (MapId map : maps) {
     const bool refine = RefinesFocalIn(map), seeks = map == maps.front() && SeeksReadout();
     FollowReadouts(map, !seeks, stop, result);
@@ -96,46 +63,12 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   }
 }
 
-void RunFinish::FollowReadouts(MapId map, bool ask_images, const Stop& stop,
-                               SlamResult* result) const {
-  if (run_.camera->readout_s == 0) return;
-  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
-  const bool path_tells = MakeReadoutFollowing(finish).FollowPath(map, stop, &result->frames);
-  if (!ask_images) return;
-  const ImageTurns turns = AskImages(map, options_.image_turns.min_cost_share, stop, result);
-  if (path_tells || !turns.motions.empty()) return;
-  Log().warn(
-      "map {}: the camera shakes faster than its images come, so that they don't tell "
-      "how it turned while its rolling shutter read them: more images a second or an "
-      "IMU would",
-      map.value);
-}
-
-ImageTurns RunFinish::AskImages(MapId map, double min_saved_share, const Stop& stop,
-                                SlamResult* result) const {
-  if (HearsTurns(run_.sensors.imu)) return {};
-  const StageScope stage(run_.clock, "turns of images");
-  FrameLocator locator = MakeThoroughLocator();
-  const TrajectoryFinish finish = MakeTrajectoryFinish(&locator);
-  ImageTurns turns =
-      MakeReadoutFollowing(finish).FollowImages(map, min_saved_share, stop, &result->frames);
-  KeepTurns(turns, map, result);
-  return turns;
-}
-
-void RunFinish::KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result) const {
-  for (const auto& [time, motion] : turns.motions)
-    result->image_turns.insert_or_assign(time, motion);
-  if (map == ByKeyframes(*run_.atlas).front())
-    result->image_turns_saved_share = std::max(result->image_turns_saved_share, turns.saved_share);
-}
-
-ReadoutFollowing RunFinish::MakeReadoutFollowing(const TrajectoryFinish& finish) const {
-  return {options_.readout,
-          options_.image_turns,
-          options_.mapping.readout,
-          {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe},
-          finish};
+std::vector<MapId> RunFinish::MapsBySize() const {
+  std::vector<MapId> maps = run_.atlas->Remaining();
+  std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
+    return run_.atlas->At(a).KeyframeCount() > run_.atlas->At(b).KeyframeCount();
+  });
+  return maps;
 }
 
 void RunFinish::StraightenStart(MapId map, bool ask_images, const Stop& stop,
@@ -157,61 +90,13 @@ void RunFinish::StraightenStart(MapId map, bool ask_images, const Stop& stop,
   run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 
-bool RunFinish::SeeksReadout() const {
-  const bool goes_on = run_.first_new_keyframe.value > 0;
-  const bool is_wanted = run_.camera->readout_s == 0 || options_.mapping.readout.refine_known;
-  return options_.mapping.readout.enabled && is_wanted && !goes_on;
-}
-
-void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
-  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
-  const ReadoutFinding finding(
-      options_.readout, options_.mapping.readout,
-      {run_.camera, run_.atlas, run_.mapper, run_.sensors.imu, options_.sensors.imu.max_imu_gap_s,
-       run_.first_new_keyframe},
-      [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
-  result->readout = finding.FindIn(map, stop, &result->frames);
-  if (run_.camera->readout_s == 0) return FindReadoutByImages(map, stop, result);
-  ImageTurns turns = AskImages(map, options_.image_turns.min_cost_share, stop, result);
-  if (turns.motions.empty()) return;
-  if (options_.mapping.readout.refine_known)
-    return RefineReadoutByImages(map, std::move(turns), stop, result);
-  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
-}
-
-void RunFinish::FindReadoutByImages(MapId map, const Stop& stop, SlamResult* result) const {
-  if (result->stopped) return;
-  AssumedReadout assumed(options_.image_turns.assumed_readout_s, run_.camera);
-  ImageTurns turns = AskImages(map, options_.image_turns.untold_cost_share, stop, result);
-  if (turns.motions.empty()) return;
-  assumed.Keep();
-  result->readout = FoundReadout{0, options_.image_turns.assumed_readout_s / 2, 0};
-  RefineReadoutByImages(map, std::move(turns), stop, result);
-  Log().info(
-      "images turned while they were read, row by row, in {:.1f} ms (standard deviation {:.2f})",
-      1000 * run_.camera->readout_s, 1000 * result->readout->sigma_s);
-}
-
-void RunFinish::RefineReadoutByImages(MapId map, ImageTurns turns, const Stop& stop,
-                                      SlamResult* result) const {
-  {
-    const StageScope stage(run_.clock, "turns of images");
-    const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
-    const auto found = MakeReadoutFollowing(finish).FindReadout(map, stop, &result->frames, &turns);
-    if (found) result->readout = found;
-  }
-  KeepTurns(turns, map, result);
-  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
-}
-
 bool RunFinish::MayCorrectCalibration() const {
   const bool goes_on = run_.first_new_keyframe.value > 0;
   return options_.mapping.lens.enabled && !options_.refine_focal && !goes_on;
 }
 
 bool RunFinish::RefinesFocalIn(MapId map) const {
-  return options_.refine_focal && run_.camera->distortion.empty() &&
-         map == ByKeyframes(*run_.atlas).front();
+  return options_.refine_focal && run_.camera->distortion.empty() && map == MapsBySize().front();
 }
 
 void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
@@ -222,7 +107,7 @@ void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
       run_.sensors.imu, options_.sensors.imu,
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, run_.mapper,
       run_.atlas);
-  result->inertial = gauge.ApplyToAll(ByKeyframes(*run_.atlas), result->frames, stop);
+  result->inertial = gauge.ApplyToAll(MapsBySize(), result->frames, stop);
 }
 
 std::vector<ReckonedFrame> RunFinish::BridgeByImu(SlamResult* result) const {
@@ -246,7 +131,7 @@ void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {
   }
   Georeferencing georeferencing(run_.sensors, options_.sensors, priors, run_.mapper, run_.atlas);
   result->georeferences = georeferencing.ApplyToAll(
-      ByKeyframes(*run_.atlas), result->frames, &run_.camera->pinhole,
+      MapsBySize(), result->frames, &run_.camera->pinhole,
       [this](MapId map) { return RefinesFocalIn(map); }, stop);
 }
 
