@@ -87,7 +87,8 @@ class RollingShutter(unittest.TestCase):
         said, error = self.run_shaken(flight, 3)
         self.assertIn("images turned while they were read", said)
         self.assertIn("once more from the first image on", said)
-        self.assertAlmostEqual(self.summary(self.folder / "turns_3")["found_readout"]["ms"], 15, delta=2)
+        self.assertAlmostEqual(self.summary(self.folder / "turns_3")["found_readout"]["ms"], 15, delta=4,
+                               msg="six seconds tell it better than what was assumed, 20; half a minute to half a millisecond")
         self.assertLess(error, 0.3 * error_m[0])
 
     def run_shaken(self, flight, rounds):
