@@ -46,9 +46,7 @@ struct ImageTurnOptions {
           "standard deviation of a turn that an image told, for the run that begins anew",
           Between(0, 10));
     visit("max_sigma_ratio", max_sigma_ratio, "",
-          "standard deviation of a turn that an image tells over the median of all, up to which it "
-          "says "
-          "how much all turn",
+          "standard deviation of an image's turn over the median of all, up to which it is sure",
           Between(1, 1000));
     visit("min_keyframes", min_keyframes, "", "keyframes of a map that may tell turns of images",
           Between(2, 1'000'000));
