@@ -155,13 +155,6 @@ std::optional<Relocaliser::Found> Relocaliser::Relocalise(
   return std::move(*best);
 }
 
-std::optional<Relocaliser::Found> Relocaliser::LocateIn(const Frame& frame,
-                                                        std::span<const Descriptors> turned,
-                                                        const LocalMap& candidate) {
-  return LocateViews(ViewsOf(frame, turned, {}), KeypointGrid(*frame.features), candidate,
-                     std::nullopt, matchers_.quick);
-}
-
 void Relocaliser::LocateThoroughly(const std::vector<View>& views, const KeypointGrid& grid,
                                    std::span<const std::shared_ptr<const LocalMap>> candidates,
                                    std::span<const int> headings,

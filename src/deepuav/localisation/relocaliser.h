@@ -103,11 +103,6 @@ class Relocaliser {
                                   std::string* reason = nullptr,
                                   std::span<const int> headings = {});
 
-  /// The best pose that the quick matcher gives of one candidate, sure or not. Nothing where not
-  /// even a first pose is found.
-  std::optional<Found> LocateIn(const Frame& frame, std::span<const Descriptors> turned,
-                                const LocalMap& candidate);
-
   /// Whether this is enough for a pose to count.
   bool IsSure(const LocationEvidence& evidence) const;
 
