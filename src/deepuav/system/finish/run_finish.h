@@ -47,6 +47,9 @@ class RunFinish {
   /// Where a rolling shutter read the images: all together tell how the camera moved meanwhile, and
   /// where these may be asked, each of its own turn.
   void FollowReadouts(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;
+  /// Whether what some of them tell makes it worth to ask all.
+  bool ImagesMayTell(MapId map, double min_saved_share, const Stop& stop,
+                     const std::vector<FrameRecord>& frames) const;
   /// What they tell that their path does not.
   ImageTurns AskImages(MapId map, double min_saved_share, const Stop& stop,
                        SlamResult* result) const;

@@ -57,6 +57,14 @@ ImageTurns RunFinish::AskImages(MapId map, double min_saved_share, const Stop& s
   return turns;
 }
 
+bool RunFinish::ImagesMayTell(MapId map, double min_saved_share, const Stop& stop,
+                              const std::vector<FrameRecord>& frames) const {
+  if (HearsTurns(run_.sensors.imu)) return false;
+  const StageScope stage(run_.clock, "turns of images");
+  const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
+  return MakeReadoutFollowing(finish).ImagesMayTell(map, min_saved_share, stop, frames);
+}
+
 void RunFinish::KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result) const {
   for (const auto& [time, motion] : turns.motions)
     result->image_turns.insert_or_assign(time, motion);
@@ -97,7 +105,9 @@ void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) c
 void RunFinish::FindReadoutByImages(MapId map, const Stop& stop, SlamResult* result) const {
   if (result->stopped) return;
   AssumedReadout assumed(options_.image_turns.assumed_readout_s, run_.camera);
-  ImageTurns turns = AskImages(map, options_.image_turns.untold_cost_share, stop, result);
+  const double share = options_.image_turns.untold_cost_share;
+  if (!ImagesMayTell(map, share, stop, result->frames)) return;
+  ImageTurns turns = AskImages(map, share, stop, result);
   if (turns.motions.empty()) return;
   assumed.Keep();
   result->readout = FoundReadout{0, options_.image_turns.assumed_readout_s / 2, 0};

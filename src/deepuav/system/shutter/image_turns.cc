@@ -194,6 +194,20 @@ TurningAt QuickTurns(const std::map<Timestamp, Told>& told, const ImageTurnOptio
 
 void ImageTurnOptions::Check() const { CheckOptions("image_turns", *this); }
 
+std::vector<FrameRecord> FirstAsked(const std::vector<FrameRecord>& records,
+                                    const ImageTurnOptions& options) {
+  const size_t stretch = static_cast<size_t>(options.first_stretch);
+  const size_t stretches = std::max<size_t>(1, static_cast<size_t>(options.first_images) / stretch);
+  if (records.size() <= stretches * stretch) return records;
+  std::vector<FrameRecord> first;
+  for (size_t i = 0; i < stretches; ++i) {
+    const size_t middle = (2 * i + 1) * records.size() / (2 * stretches);
+    const auto begin = records.begin() + static_cast<std::ptrdiff_t>(middle - stretch / 2);
+    first.insert(first.end(), begin, begin + static_cast<std::ptrdiff_t>(stretch));
+  }
+  return first;
+}
+
 std::map<Timestamp, ReadoutMotion> SlowTurns(const Trajectory& path, double readout_s,
                                              const ImageTurnOptions& options) {
   const TurningAt steps = TurnsOfPath(path, readout_s, options.max_step_s);

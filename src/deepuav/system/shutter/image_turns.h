@@ -25,6 +25,9 @@ struct ImageTurnOptions {
   double max_sigma_ratio = 3;  ///< Of an image's turn over the median of all, to be sure.
   double assumed_readout_s = 0.02;     ///< Where it is not known, while images are asked...
   double untold_cost_share = 0.05;     ///< ...and what they must save of their errors then.
+  int first_images = 120;              ///< Asked before all are, so that those of a shutter...
+  int first_stretch = 30;              ///< ...that reads all rows at once cost little, in a row...
+  double first_share = 0.5;            ///< ...of what all must save, that these must.
   double max_readout_sigma_s = 0.003;  ///< Of one that is found then, to be believed.
   double min_cost_share = 0.02;     ///< Of the images' errors, that turns of their own must save...
   double begin_anew_share = 0.05;   ///< ...and from which on a run begins anew, knowing them.
@@ -56,6 +59,12 @@ struct ImageTurnOptions {
           Above(0, 1));
     visit("untold_cost_share", untold_cost_share, "",
           "share of the images' errors that turns of their own must save there; 1: never",
+          Between(0, 1));
+    visit("first_images", first_images, "",
+          "images that are asked first there, and all of them only if these say so",
+          Between(1, 1'000'000));
+    visit("first_stretch", first_stretch, "", "of these, so many in a row", Between(2, 1'000'000));
+    visit("first_share", first_share, "", "of the share to be saved, that they must save",
           Between(0, 1));
     visit("max_readout_sigma_s", max_readout_sigma_s, "s",
           "standard deviation of the readout found there, at most: else it stays as assumed",
@@ -97,6 +106,11 @@ ImageTurns MeasureImageTurns(const Atlas& atlas, MapId map, const std::vector<Fr
                              const PoseOfFrame& pose_of_frame, const Camera& camera,
                              TurnModel model, const ImageTurnOptions& options,
                              const std::function<bool()>& stop = nullptr);
+
+/// Records in a row, spread over all, that are about `first_images` together; all where there are
+/// no more.
+std::vector<FrameRecord> FirstAsked(const std::vector<FrameRecord>& records,
+                                    const ImageTurnOptions& options);
 
 /// How a path turns slowly, in a readout. Of poses between others alone that are not far.
 std::map<Timestamp, ReadoutMotion> SlowTurns(const Trajectory& path, double readout_s,

@@ -145,6 +145,32 @@ TEST_F(ImageTurnsTest, AreAskedOfLocatedFramesOfTheMapAlone) {
   EXPECT_EQ(Measure().saved_share, 0);
 }
 
+TEST_F(ImageTurnsTest, SomeInARowTellOfAll) {
+  Fly(9, 0.1);
+  ImageTurnOptions options;
+  options.first_images = 20;
+  options.first_stretch = 10;
+  const std::vector<FrameRecord> first = FirstAsked(records_, options);
+  ASSERT_EQ(first.size(), 20u);
+  for (size_t i = 1; i < first.size(); ++i)
+    EXPECT_EQ(first[i].id.value == first[i - 1].id.value + 1, i != 10) << i;
+  const double saved = Measure().saved_share;
+  records_ = first;
+  EXPECT_NEAR(Measure().saved_share, saved, 0.1);
+}
+
+TEST_F(ImageTurnsTest, OfFewAllAreAskedAtOnce) {
+  Fly(9, 0.1);
+  for (const int count : {1, int(kFrames) - 1, int(kFrames)}) {
+    ImageTurnOptions options;
+    options.first_images = options.first_stretch = count;
+    EXPECT_EQ(FirstAsked(records_, options).size(), size_t(count));
+  }
+  ImageTurnOptions longer;
+  longer.first_stretch = 1'000'000;
+  EXPECT_EQ(FirstAsked(records_, longer).size(), records_.size());
+}
+
 TEST_F(ImageTurnsTest, ChangeTurnsAlone) {
   Fly(9, 0.1);
   ReadoutPath path = FindReadoutPath(atlas_, MapId{0}, records_, nullptr, kReadoutS, {});

@@ -19,14 +19,20 @@ bool ReadoutFollowing::FollowPath(MapId map, const std::function<bool()>& stop,
   return true;
 }
 
+bool ReadoutFollowing::ImagesMayTell(MapId map, double min_saved_share,
+                                     const std::function<bool()>& stop,
+                                     const std::vector<FrameRecord>& records) const {
+  if (!AreAsked(map)) return false;
+  const ImageTurns turns = TurnsOf(map, TurnModel::kTurn, stop, FirstAsked(records, images_));
+  return turns.saved_share >= images_.first_share * min_saved_share;
+}
+
 ImageTurns ReadoutFollowing::FollowImages(MapId map, double min_saved_share,
                                           const std::function<bool()>& stop,
                                           std::vector<FrameRecord>* records) const {
   ImageTurns turns;
   double saved_share = 0;
-  const bool may_tell = path_.rounds > 0 && images_.rounds > 0 &&
-                        run_.atlas->At(map).KeyframeCount() >= images_.min_keyframes;
-  const int rounds = may_tell ? images_.rounds + images_.bend_rounds : 0;
+  const int rounds = AreAsked(map) ? images_.rounds + images_.bend_rounds : 0;
   for (int round = 0; round < rounds && !stop(); ++round) {
     if (round > 0) Adjust(map, stop);
     const TurnModel model = round < images_.rounds ? TurnModel::kTurn : TurnModel::kTurnAndBend;
@@ -100,6 +106,11 @@ void ReadoutFollowing::TakeImages(const ImageTurns& turns, MapId map,
   TakeTurns(turns, &path);
   Take(path, map, records);
   MarkMeasured(turns, *run_.atlas, map, records);
+}
+
+bool ReadoutFollowing::AreAsked(MapId map) const {
+  return path_.rounds > 0 && images_.rounds > 0 &&
+         run_.atlas->At(map).KeyframeCount() >= images_.min_keyframes;
 }
 
 void ReadoutFollowing::LocateLost(MapId map, const std::function<bool()>& stop,

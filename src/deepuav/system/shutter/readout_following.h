@@ -33,6 +33,9 @@ class ReadoutFollowing {
   /// are none and images come too rarely to tell. The map is to be adjusted afterwards.
   bool FollowPath(MapId map, const std::function<bool()>& stop,
                   std::vector<FrameRecord>* records) const;
+  /// Whether some of the images save about as much, so that it is worth to ask all.
+  bool ImagesMayTell(MapId map, double min_saved_share, const std::function<bool()>& stop,
+                     const std::vector<FrameRecord>& records) const;
   /// Where the images contradict the turns that are known, and turns of their own save a share of
   /// their errors: as they say, which is returned. The map is to be adjusted afterwards.
   ImageTurns FollowImages(MapId map, double min_saved_share, const std::function<bool()>& stop,
@@ -45,6 +48,8 @@ class ReadoutFollowing {
                                           ImageTurns* turns) const;
 
  private:
+  /// By the options, and of so many keyframes.
+  bool AreAsked(MapId map) const;
   /// Frames without a pose get one in the map where they can, so that they are asked, too.
   void LocateLost(MapId map, const std::function<bool()>& stop,
                   std::vector<FrameRecord>* records) const;
