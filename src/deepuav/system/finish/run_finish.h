@@ -54,6 +54,7 @@ class RunFinish {
   ImageTurns AskImages(MapId map, double min_saved_share, const Stop& stop,
                        SlamResult* result) const;
   void KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result) const;
+  ReadoutRun MakeReadoutRun() const;
   ReadoutFollowing MakeReadoutFollowing(const TrajectoryFinish& finish) const;
   /// Gives first keyframes of a map the poses that what came later tells, and adjusts it then.
   void StraightenStart(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;

@@ -73,11 +73,12 @@ void RunFinish::KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result
 }
 
 ReadoutFollowing RunFinish::MakeReadoutFollowing(const TrajectoryFinish& finish) const {
-  return {options_.readout,
-          options_.image_turns,
-          options_.mapping.readout,
-          {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe},
+  return {options_.readout, options_.image_turns, options_.mapping.readout, MakeReadoutRun(),
           finish};
+}
+
+ReadoutRun RunFinish::MakeReadoutRun() const {
+  return {run_.camera, run_.atlas, run_.mapper, run_.first_new_keyframe};
 }
 
 bool RunFinish::SeeksReadout() const {
@@ -89,9 +90,8 @@ bool RunFinish::SeeksReadout() const {
 void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) const {
   const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
   const ReadoutFinding finding(
-      options_.readout, options_.mapping.readout,
-      {run_.camera, run_.atlas, run_.mapper, run_.sensors.imu, options_.sensors.imu.max_imu_gap_s,
-       run_.first_new_keyframe},
+      options_.readout, options_.mapping.readout, MakeReadoutRun(), run_.sensors.imu,
+      options_.sensors.imu.max_imu_gap_s,
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); });
   result->readout = finding.FindIn(map, stop, &result->frames);
   if (run_.camera->readout_s == 0) return FindReadoutByImages(map, stop, result);
@@ -99,7 +99,7 @@ void RunFinish::FindReadoutIn(MapId map, const Stop& stop, SlamResult* result) c
   if (turns.motions.empty()) return;
   if (options_.mapping.readout.refine_known)
     return RefineReadoutByImages(map, std::move(turns), stop, result);
-  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
+  MakeReadoutRun().Adjust(map, stop);
 }
 
 void RunFinish::FindReadoutByImages(MapId map, const Stop& stop, SlamResult* result) const {
@@ -126,7 +126,7 @@ void RunFinish::RefineReadoutByImages(MapId map, ImageTurns turns, const Stop& s
     if (found) result->readout = found;
   }
   KeepTurns(turns, map, result);
-  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
+  MakeReadoutRun().Adjust(map, stop);
 }
 
 }  // namespace deepuav

@@ -1,7 +1,6 @@
 #include "deepuav/system/shutter/readout_finding.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "deepuav/base/logging.h"
 #include "deepuav/inertial/camera_turns.h"
@@ -20,7 +19,7 @@ std::optional<FoundReadout> ReadoutFinding::FindIn(MapId map, const std::functio
                                                    std::vector<FrameRecord>* records) const {
   std::optional<FoundReadout> found;
   const bool is_known = run_.camera->readout_s > 0;
-  const bool hears_turns = HearsTurns(run_.imu);
+  const bool hears_turns = HearsTurns(imu_);
   if (hears_turns) found = FindBy(TurnsBy::kGyroscope, map, stop, records);
   // One that is known, and as known by turns that were measured, is right.
   const bool are_measured = hears_turns || HasMeasuredTurns(*run_.atlas, map, *records);
@@ -44,14 +43,15 @@ std::optional<FoundReadout> ReadoutFinding::FindBy(TurnsBy source, MapId map,
     ReadoutPath path_per_s = PathPerS(source, map, *records);
     // Of turns of which it misses a part, too long a readout would make the whole.
     if (source == TurnsBy::kPath && !path_per_s.tells_turns) break;
-    const auto more = run_.mapper->SearchReadout(
-        map, MotionsOfKeyframes(path_per_s, run_.atlas->At(map), run_.first_new_keyframe), stop);
+    const auto more = run_.Search(path_per_s, map, stop);
     if (!more || (!found && !counts(*more))) break;
     const double change_s = found ? SumOfRounds(found->change_s, more->change_s) : more->change_s;
     found = more;
     run_.camera->readout_s = std::clamp(run_.camera->readout_s + change_s, 0.0, search_.max_s);
-    Take(run_.camera->readout_s, std::move(path_per_s), map, records);
-    run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
+    for (auto& [time, motion] : path_per_s.motions)
+      motion = InReadout(motion, run_.camera->readout_s);
+    run_.Take(path_per_s, map, records);
+    run_.Adjust(map, stop);
   }
   return found;
 }
@@ -64,21 +64,13 @@ ReadoutPath ReadoutFinding::PathPerS(TurnsBy source, MapId map,
   if (source == TurnsBy::kPath) return path;
   Camera reading = *run_.camera;
   if (reading.readout_s == 0) reading.readout_s = kTypicalReadoutS;
-  const CameraTurns turns(run_.imu, run_.max_imu_gap_s, reading);
+  const CameraTurns turns(imu_, max_imu_gap_s_, reading);
   for (auto& [time, motion] : path.motions) {
     const auto measured = turns.DuringReadout(time);
     if (!measured) continue;
     motion = WithTurnOf(InReadout(*measured, 1 / reading.readout_s), motion);
   }
   return path;
-}
-
-void ReadoutFinding::Take(double readout_s, ReadoutPath path_per_s, MapId map,
-                          std::vector<FrameRecord>* records) const {
-  for (auto& [time, motion] : path_per_s.motions) motion = InReadout(motion, readout_s);
-  ChangeMotions(path_per_s, *run_.atlas, map, *run_.camera, records);
-  run_.mapper->ChangeMotionsIn(
-      map, MotionsOfKeyframes(path_per_s, run_.atlas->At(map), run_.first_new_keyframe));
 }
 
 }  // namespace deepuav

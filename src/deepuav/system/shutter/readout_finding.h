@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "deepuav/mapping/mapper.h"
 #include "deepuav/sensors/streams.h"
 #include "deepuav/system/frames/frame_path.h"
 #include "deepuav/system/frames/frame_record.h"
 #include "deepuav/system/shutter/readout_path.h"
+#include "deepuav/system/shutter/readout_run.h"
 
 namespace deepuav {
 
@@ -20,19 +20,17 @@ namespace deepuav {
 /// mount is known it is asked first; one whose clock is off fits no readout. Thread-compatible.
 class ReadoutFinding {
  public:
-  /// What it works on; all must outlive it.
-  struct Run {
-    Camera* camera;
-    const Atlas* atlas;
-    Mapper* mapper;
-    const ImuStream& imu;           ///< May be empty.
-    double max_imu_gap_s;           ///< Between samples that are interpolated.
-    KeyframeId first_new_keyframe;  ///< Those before it were loaded.
-  };
-
+  /// The references must outlive it. `imu` may be empty; `max_imu_gap_s`: between samples that are
+  /// interpolated.
   ReadoutFinding(const ReadoutPathOptions& options, const ReadoutSearchOptions& search,
-                 const Run& run, PoseOfFrame pose_of_frame)
-      : options_(options), search_(search), run_(run), pose_of_frame_(std::move(pose_of_frame)) {}
+                 const ReadoutRun& run, const ImuStream& imu, double max_imu_gap_s,
+                 PoseOfFrame pose_of_frame)
+      : options_(options),
+        search_(search),
+        run_(run),
+        imu_(imu),
+        max_imu_gap_s_(max_imu_gap_s),
+        pose_of_frame_(std::move(pose_of_frame)) {}
 
   std::optional<FoundReadout> FindIn(MapId map, const std::function<bool()>& stop,
                                      std::vector<FrameRecord>* records) const;
@@ -44,13 +42,12 @@ class ReadoutFinding {
   std::optional<FoundReadout> FindBy(TurnsBy source, MapId map, const std::function<bool()>& stop,
                                      std::vector<FrameRecord>* records) const;
   ReadoutPath PathPerS(TurnsBy source, MapId map, const std::vector<FrameRecord>& records) const;
-  /// Has everything move as in this readout.
-  void Take(double readout_s, ReadoutPath path_per_s, MapId map,
-            std::vector<FrameRecord>* records) const;
 
   const ReadoutPathOptions& options_;
   const ReadoutSearchOptions& search_;
-  const Run run_;
+  const ReadoutRun run_;
+  const ImuStream& imu_;
+  const double max_imu_gap_s_;
   const PoseOfFrame pose_of_frame_;
 };
 

@@ -11,10 +11,10 @@ namespace deepuav {
 bool ReadoutFollowing::FollowPath(MapId map, const std::function<bool()>& stop,
                                   std::vector<FrameRecord>* records) const {
   for (int round = 0; round < path_.rounds && !stop(); ++round) {
-    if (round > 0) Adjust(map, stop);
+    if (round > 0) run_.Adjust(map, stop);
     const ReadoutPath path = PathOf(map, *records);
     if (!path.tells_turns && !HasMeasuredTurns(*run_.atlas, map, *records)) return false;
-    Take(path, map, records);
+    run_.Take(path, map, records);
   }
   return true;
 }
@@ -34,7 +34,7 @@ ImageTurns ReadoutFollowing::FollowImages(MapId map, double min_saved_share,
   double saved_share = 0;
   const int rounds = AreAsked(map) ? images_.rounds + images_.bend_rounds : 0;
   for (int round = 0; round < rounds && !stop(); ++round) {
-    if (round > 0) Adjust(map, stop);
+    if (round > 0) run_.Adjust(map, stop);
     const TurnModel model = round < images_.rounds ? TurnModel::kTurn : TurnModel::kTurnAndBend;
     ImageTurns found = TurnsOf(map, model, stop, *records);
     Log().debug(
@@ -61,12 +61,8 @@ std::optional<FoundReadout> ReadoutFollowing::FindReadout(MapId map,
                                                           ImageTurns* turns) const {
   std::optional<FoundReadout> found;
   for (int round = 0; round < path_.rounds && !stop(); ++round) {
-    Adjust(map, stop);
-    const auto more =
-        run_.mapper->SearchReadout(map,
-                                   MotionsOfKeyframes(SlowPathPerS(map, *records),
-                                                      run_.atlas->At(map), run_.first_new_keyframe),
-                                   stop);
+    run_.Adjust(map, stop);
+    const auto more = run_.Search(SlowPathPerS(map, *records), map, stop);
     if (!more || more->sigma_s > images_.max_readout_sigma_s) break;
     const double change_s = found ? SumOfRounds(found->change_s, more->change_s) : more->change_s;
     const double before_s = run_.camera->readout_s;
@@ -104,7 +100,7 @@ void ReadoutFollowing::TakeImages(const ImageTurns& turns, MapId map,
                                   std::vector<FrameRecord>* records) const {
   ReadoutPath path = PathOf(map, *records);
   TakeTurns(turns, &path);
-  Take(path, map, records);
+  run_.Take(path, map, records);
   MarkMeasured(turns, *run_.atlas, map, records);
 }
 
@@ -147,17 +143,6 @@ ImageTurns ReadoutFollowing::TurnsOf(MapId map, TurnModel model, const std::func
       *run_.atlas, map, records,
       [this](const FrameRecord& record) { return finish_.RefinedPose(record); }, *run_.camera,
       model, images_, stop);
-}
-
-void ReadoutFollowing::Take(const ReadoutPath& path, MapId map,
-                            std::vector<FrameRecord>* records) const {
-  ChangeMotions(path, *run_.atlas, map, *run_.camera, records);
-  run_.mapper->ChangeMotionsIn(
-      map, MotionsOfKeyframes(path, run_.atlas->At(map), run_.first_new_keyframe));
-}
-
-void ReadoutFollowing::Adjust(MapId map, const std::function<bool()>& stop) const {
-  run_.mapper->AdjustGlobally(map, &run_.camera->pinhole, false, stop);
 }
 
 }  // namespace deepuav

@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "deepuav/mapping/mapper.h"
 #include "deepuav/system/finish/trajectory_finish.h"
 #include "deepuav/system/frames/frame_record.h"
 #include "deepuav/system/shutter/image_turns.h"
 #include "deepuav/system/shutter/readout_path.h"
+#include "deepuav/system/shutter/readout_run.h"
 
 namespace deepuav {
 
@@ -16,16 +16,9 @@ namespace deepuav {
 /// tell at the end, and adjusts the map to that. Thread-compatible.
 class ReadoutFollowing {
  public:
-  /// What it works on; all must outlive it.
-  struct Run {
-    Camera* camera;
-    const Atlas* atlas;
-    Mapper* mapper;
-    KeyframeId first_new_keyframe;  ///< Those before it were loaded.
-  };
-
+  /// The references must outlive it.
   ReadoutFollowing(const ReadoutPathOptions& path, const ImageTurnOptions& images,
-                   const ReadoutSearchOptions& search, const Run& run,
+                   const ReadoutSearchOptions& search, const ReadoutRun& run,
                    const TrajectoryFinish& finish)
       : path_(path), images_(images), search_(search), run_(run), finish_(finish) {}
 
@@ -59,13 +52,11 @@ class ReadoutFollowing {
   /// How the camera travels and slowly turns.
   ReadoutPath SlowPathPerS(MapId map, const std::vector<FrameRecord>& records) const;
   void TakeImages(const ImageTurns& turns, MapId map, std::vector<FrameRecord>* records) const;
-  void Take(const ReadoutPath& path, MapId map, std::vector<FrameRecord>* records) const;
-  void Adjust(MapId map, const std::function<bool()>& stop) const;
 
   const ReadoutPathOptions& path_;
   const ImageTurnOptions& images_;
   const ReadoutSearchOptions& search_;
-  const Run run_;
+  const ReadoutRun run_;
   const TrajectoryFinish& finish_;
 };
 
