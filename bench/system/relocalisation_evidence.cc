@@ -6,8 +6,8 @@
 //       [relocalisation.NAME=VALUE ...] [matching.NAME=VALUE ...]
 //
 // With a lax matcher and low relocalisation.min_matches and
-// relocalisation.absolute_pose.min_inliers more wrong poses come as far as being counted; those with
-// fewer inliers than relocalisation.min_inliers are not.
+// relocalisation.absolute_pose.min_inliers more wrong poses come as far as being counted; those
+// with fewer inliers than relocalisation.min_inliers are not.
 //
 // Tries frames of QUERY_DATASET in the surroundings of every keyframe of the map made of
 // MAP_DATASET. Where both are one, the truth says which poses are right, after a similarity
@@ -192,8 +192,10 @@ void Run(const std::array<std::string, 4>& files, const std::vector<std::string>
   features.model = model;
   SuperPoint extractor(dataset->camera(), features, {});
   std::optional<SuperPointTurned> describer;
-  if (settings.turned)
-    describer.emplace(dataset->camera().width, dataset->camera().height, model, InferenceOptions{});
+  if (settings.turned) {
+    const SeenSize size(dataset->camera().width, dataset->camera().height);
+    describer.emplace(size, model, InferenceOptions{});
+  }
   std::vector<std::shared_ptr<const LocalMap>> candidates;
   map.keyframes().ForEach(
       [&](const Keyframe& keyframe) { candidates.push_back(MakeLocalMap(map, keyframe.id, {})); });

@@ -70,7 +70,7 @@ std::vector<Photograph> Describe(Dataset* dataset, const std::string& model) {
   SuperPoint extractor(dataset->camera(), options, {});
   const double resident_before_mb = ResidentMb();
   const Stopwatch making;
-  SuperPointTurned describer(dataset->camera().width, dataset->camera().height, model, {});
+  SuperPointTurned describer({dataset->camera().width, dataset->camera().height}, model, {});
   fmt::print("two networks made in {:.2f} s\n", making.Seconds());
   std::vector<Photograph> photographs;
   std::vector<double> extract_s, turn_s;

@@ -75,7 +75,10 @@ Features AnySizeExtractor::Extract(const GreyImage& image) {
 TurnedDescriptors AnySizeExtractor::DescribeTurned(const GreyImage& image,
                                                    const Features& features) {
   Networks& networks = NetworksFor(image.size());
-  if (!networks.turned) networks.turned.emplace(image.cols, image.rows, options_.model, inference_);
+  if (!networks.turned) {
+    const SeenSize size(image.cols, image.rows, options_.network_pixels);
+    networks.turned.emplace(size, options_.model, inference_);
+  }
   return networks.turned->Describe(image, features);
 }
 

@@ -21,7 +21,8 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
                 vocabulary_->dimension(), extractor_.dimension(), options.features.model);
   }
   if (options.places.headings) {
-    turned_.emplace(camera.width, camera.height, options.features.model, options.inference);
+    const SeenSize size(camera.width, camera.height, options.features.network_pixels);
+    turned_.emplace(size, options.features.model, options.inference);
   }
 }
 

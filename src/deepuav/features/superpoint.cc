@@ -32,7 +32,8 @@ SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,
     : camera_(camera),
       options_((options.Check(), options)),
       refiner_(options.subpixel_sigma, options.subpixel_max_offset),
-      network_(camera.width, camera.height, options.model, inference) {}
+      size_(camera.width, camera.height, options.network_pixels),
+      network_(size_.width(), size_.height(), options.model, inference) {}
 
 std::string SuperPoint::Description() const { return network_.Description(); }
 
@@ -44,7 +45,7 @@ std::optional<Keypoint> SuperPoint::MakeKeypoint(const Eigen::Vector2f& image_px
   const auto magnification = UndistortionMagnification(camera_, px, *undistorted);
   if (!magnification) return std::nullopt;
   return Keypoint{image_px, undistorted->cast<float>(), score,
-                  static_cast<float>(options_.sigma * *magnification)};
+                  static_cast<float>(options_.sigma * size_.PixelLength() * *magnification)};
 }
 
 Features SuperPoint::Describe(const HeatMap& heat_map) {
@@ -60,10 +61,10 @@ Features SuperPoint::Describe(const HeatMap& heat_map) {
   std::vector<float> descriptor(static_cast<size_t>(map.dimension));
   for (const Peak& peak : peaks) {
     const Eigen::Vector2f centre(static_cast<float>(peak.x), static_cast<float>(peak.y));
-    const Eigen::Vector2f image_px = options_.subpixel ? refiner_.Refine(heat_map, peak) : centre;
-    const auto keypoint = MakeKeypoint(image_px, peak.score);
+    const Eigen::Vector2f network_px = options_.subpixel ? refiner_.Refine(heat_map, peak) : centre;
+    const auto keypoint = MakeKeypoint(size_.ToImage(network_px), peak.score);
     if (!keypoint) continue;
-    SampleDescriptor(map, image_px, descriptor);
+    SampleDescriptor(map, network_px, descriptor);
     features.keypoints.push_back(*keypoint);
     features.descriptors.Append(descriptor);
   }
@@ -72,7 +73,7 @@ Features SuperPoint::Describe(const HeatMap& heat_map) {
 
 Features SuperPoint::Extract(const GreyImage& image, ExtractionTimes* times) {
   Stopwatch stopwatch;
-  network_.Run(image);
+  network_.Run(size_.Reduce(image, &reduced_));
   const double network_s = stopwatch.Seconds();
   stopwatch.Restart();
   Features features = Describe(network_.ReadHeatMap());

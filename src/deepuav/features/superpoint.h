@@ -5,6 +5,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/features/extractor.h"
+#include "deepuav/features/seen_size.h"
 #include "deepuav/features/superpoint_network.h"
 #include "deepuav/features/superpoint_postprocessing.h"
 
@@ -12,6 +13,7 @@ namespace deepuav {
 
 struct SuperPointOptions {
   std::string model;
+  double network_pixels = 0;
   int keypoints = 1000;
   double threshold = 0.005;
   int faint_keypoints = 450;
@@ -29,6 +31,10 @@ struct SuperPointOptions {
   void Visit(Visitor&& visit) {
     visit("model", model, "", "file of the SuperPoint network (.onnx or .xml)",
           NotEmpty("the file of a network"));
+    visit("network_pixels", network_pixels, "px",
+          "images of more pixels are reduced to about as many for the network, which then takes "
+          "less time and is less precise; 0: none are",
+          ZeroOr(Between(1e4, 4e8)));
     visit("keypoints", keypoints, "", "key points kept in an image, the best", Between(1, 20'000));
     visit("threshold", threshold, "", "detection probability that a key point must exceed",
           Below(0, 1));
@@ -50,7 +56,8 @@ struct SuperPointOptions {
 };
 
 /// SuperPoint (DeTone, Malisiewicz and Rabinovich, CVPR Workshops 2018). There are no key points in
-/// what SuperPointNetwork adds to an image.
+/// what SuperPointNetwork adds to an image. Lengths of the options are in pixels that the network
+/// sees.
 class SuperPoint : public Extractor {
  public:
   /// Throws Error for options, a model or a layout that do not fit.
@@ -73,7 +80,9 @@ class SuperPoint : public Extractor {
   Camera camera_;
   SuperPointOptions options_;
   PeakRefiner refiner_;
+  SeenSize size_;
   SuperPointNetwork network_;
+  GreyImage reduced_;
 };
 
 }  // namespace deepuav

@@ -75,6 +75,22 @@ TEST_F(SuperPointToy, GivesNoKeypointsInTheBorderOrWhatWasAdded) {
   ExpectKeypointsAt(inside, {{48, 30}});
 }
 
+TEST_F(SuperPointToy, FindsInAReducedImageWhereItIsInTheImage) {
+  GreyImage image = Dots(256, 192, {});
+  image(cv::Rect(40, 20, 2, 2)) = 255;
+  image(cv::Rect(200, 150, 2, 2)) = 255;
+  SuperPointOptions options = Options("scores");
+  options.network_pixels = 128 * 96;
+  const Features features = SuperPoint(PinholeCamera(256, 192), options, Fp32()).Extract(image);
+  ASSERT_EQ(features.size(), 2);
+  EXPECT_EQ(features.keypoints[0].image_px, Eigen::Vector2f(40.5f, 20.5f));
+  EXPECT_EQ(features.keypoints[1].image_px, Eigen::Vector2f(200.5f, 150.5f));
+  for (const Keypoint& keypoint : features.keypoints) {
+    EXPECT_NEAR((keypoint.px - keypoint.image_px).norm(), 0, 1e-4);
+    EXPECT_NEAR(keypoint.sigma_px, 2, 1e-3) << "in pixels of the image";
+  }
+}
+
 TEST_F(SuperPointToy, KeepsTheBest) {
   GreyImage image = Dots(64, 64, {});
   image(10, 10) = 150;

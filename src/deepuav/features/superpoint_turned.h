@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "deepuav/features/seen_size.h"
 #include "deepuav/features/superpoint_network.h"
 #include "deepuav/features/turned_describer.h"
 
@@ -11,8 +12,8 @@ namespace deepuav {
 /// the extractor in another thread.
 class SuperPointTurned : public TurnedDescriber {
  public:
-  /// For images of this size in pixels. Throws Error for a model or a layout that does not fit.
-  SuperPointTurned(int width, int height, const std::string& model,
+  /// Throws Error for a model or a layout that does not fit.
+  SuperPointTurned(const SeenSize& size, const std::string& model,
                    const InferenceOptions& inference);
 
   /// Descriptors are of the network's dimension. Throws Error for an image of another size and for
@@ -21,9 +22,9 @@ class SuperPointTurned : public TurnedDescriber {
                              int quarter_turns) override;
 
  private:
-  const int width_, height_;  ///< px
+  const SeenSize size_;
   SuperPointNetwork upright_, sideways_;
-  GreyImage turned_;
+  GreyImage reduced_, turned_;
 };
 
 }  // namespace deepuav

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
@@ -42,7 +42,8 @@ double LeastAgreement(const GreyImage& image, int quarter_turns, const SuperPoin
   for (Keypoint& keypoint : upright.keypoints) {
     keypoint.image_px = TurnPixel(keypoint.image_px, 4 - quarter_turns, turned.cols, turned.rows);
   }
-  SuperPointTurned describer(image.cols, image.rows, options.model, Fp32());
+  SuperPointTurned describer({image.cols, image.rows, options.network_pixels}, options.model,
+                             Fp32());
   const Descriptors described =
       describer.Describe(image, upright)[static_cast<size_t>(quarter_turns - 1)];
   EXPECT_EQ(described.size(), found.size());
@@ -87,11 +88,23 @@ TEST_F(SuperPointToyTurned, AgreesWithWhatIsFoundOnTheTurnedImage) {
   }
 }
 
+TEST_F(SuperPointToyTurned, AgreesWhereImagesAreReduced) {
+  // Of twice the size on each axis, and not quite.
+  for (const auto& [width, height] : {std::pair{256, 192}, {261, 187}}) {
+    SuperPointOptions options = Options();
+    options.network_pixels = 12'288;
+    GreyImage image;
+    cv::resize(Noise(128, 96), image, {width, height}, 0, 0, cv::INTER_CUBIC);
+    for (int quarter_turns = 1; quarter_turns < 4; ++quarter_turns)
+      EXPECT_GT(LeastAgreement(image, quarter_turns, options), 0.99) << quarter_turns;
+  }
+}
+
 TEST_F(SuperPointToyTurned, DiffersFromTheUprightDescriptors) {
   const GreyImage image = Noise(64, 48);
   const Features features = SuperPoint(PinholeCamera(64, 48), Options(), Fp32()).Extract(image);
   const TurnedDescriptors turned =
-      SuperPointTurned(64, 48, Options().model, Fp32()).Describe(image, features);
+      SuperPointTurned({64, 48}, Options().model, Fp32()).Describe(image, features);
   for (const Descriptors& descriptors : turned) {
     double sum = 0;
     for (int i = 0; i < features.size(); ++i)
@@ -101,7 +114,7 @@ TEST_F(SuperPointToyTurned, DiffersFromTheUprightDescriptors) {
 }
 
 TEST_F(SuperPointToyTurned, NothingToDescribeGivesNothing) {
-  SuperPointTurned describer(53, 37, Options().model, Fp32());
+  SuperPointTurned describer({53, 37}, Options().model, Fp32());
   for (const Descriptors& descriptors :
        describer.Describe(Noise(53, 37), Features{{}, Descriptors(64)})) {
     EXPECT_EQ(descriptors.size(), 0);
@@ -110,7 +123,7 @@ TEST_F(SuperPointToyTurned, NothingToDescribeGivesNothing) {
 }
 
 TEST_F(SuperPointToyTurned, OtherSizesOfImagesAreRefused) {
-  SuperPointTurned describer(64, 48, Options().model, Fp32());
+  SuperPointTurned describer({64, 48}, Options().model, Fp32());
   try {
     describer.Describe(Noise(48, 64), Features{{}, Descriptors()});
     FAIL() << "no error";
