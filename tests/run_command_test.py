@@ -12,6 +12,7 @@ import pty
 import random
 import re
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -49,6 +50,11 @@ class Run(CommandTest):
         self.assertEqual(summary_of(self.out)["options"], summary_of(self.short_out)["options"])
         for name in (*REPRODUCIBLE_FILES, "options.yaml"):
             self.assertEqual((self.out / name).read_bytes(), (self.short_out / name).read_bytes(), name)
+
+    def test_options_of_a_run_are_those_that_were_asked_for(self):
+        """What took their place here may be wrong for the next run."""
+        self.assertRegex((self.short_out / "options.yaml").read_text(), r"\n  method: auto\b")
+        self.assertEqual(summary_of(self.short_out)["options"]["matching.method"], "nearest")
 
     def test_schedules_give_the_same_bytes(self):
         outs = []
@@ -111,6 +117,16 @@ class Run(CommandTest):
 
     def test_the_terminal_went_away(self):
         self.assertEqual(self.stop_once_a_map_is_there(signal.SIGHUP, "threaded"), 129)
+
+    def test_interrupted_before_its_first_frame_it_leaves_an_earlier_run(self):
+        shutil.copytree(self.short_out, self.out)
+        for delay_s in (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4):
+            process = subprocess.Popen(command(*run_arguments(self.short, self.out)), stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.DEVNULL, env=ENVIRONMENT)
+            time.sleep(delay_s)
+            process.send_signal(signal.SIGINT)
+            self.assertIn(process.wait(timeout=100), (130, -signal.SIGINT), delay_s)
+            self.assertGreater(summary_of(self.out)["frames"]["processed"], 0, delay_s)
 
     def test_what_nohup_started_goes_on(self):
         process = subprocess.Popen(["nohup", *command(*run_arguments(self.short, self.out))],

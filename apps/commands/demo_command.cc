@@ -10,6 +10,7 @@
 #include "arguments/option_arguments.h"
 #include "commands/commands.h"
 #include "deepuav/assembly/run_options.h"
+#include "work/interruption.h"
 
 namespace deepuav {
 namespace {
@@ -27,6 +28,7 @@ void Step(const std::vector<std::string>& words) {
   std::cout << "\n$ " << line << std::endl;
   const int status = RunProgram(words);
   if (status != 0) throw ExitStatus{status};
+  ExitIfInterrupted();  // From the first step on signals wait for that.
 }
 
 std::vector<std::string> RunWords(const std::string& flight, const std::string& out,

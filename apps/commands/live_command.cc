@@ -106,6 +106,7 @@ void Run(const LiveArguments& arguments) {
   }
 #endif
   const FinishedRun run = live.Run(hooks);
+  if (run.result.frames.empty()) ExitIfInterrupted();  // An earlier run's files are worth more.
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);
   if (!run.result.failure.empty())

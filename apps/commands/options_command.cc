@@ -29,16 +29,16 @@ bool Speaks(const std::string& name, const OptionEntry& entry,
   });
 }
 
-std::string TextRow(const std::string& name, const OptionEntry& entry) {
-  std::string value = name + "=" + entry.get();
+std::string TextRow(const std::string& name, const std::string& asked, const OptionEntry& entry) {
+  std::string value = name + "=" + asked;
   if (!entry.unit.empty()) value += " " + entry.unit;
   if (!entry.bounds.empty()) value += " (" + entry.bounds + ")";
   return fmt::format("{}\n    {}\n", value, entry.meaning);
 }
 
-Json JsonRow(const std::string& name, const OptionEntry& entry) {
+Json JsonRow(const std::string& name, const std::string& asked, const OptionEntry& entry) {
   return {{"name", name},
-          {"value", entry.get()},
+          {"value", asked},
           {"unit", entry.unit},
           {"bounds", entry.bounds},
           {"meaning", entry.meaning}};
@@ -50,8 +50,9 @@ void ListOptions(const OptionsArguments& arguments) {
   std::string text;
   for (const auto& [name, entry] : settings->registry.entries()) {
     if (!Speaks(name, entry, arguments.words)) continue;
-    table.push_back(JsonRow(name, entry));
-    text += TextRow(name, entry);
+    const std::string& asked = settings->asked.at(name);
+    table.push_back(JsonRow(name, asked, entry));
+    text += TextRow(name, asked, entry);
   }
   if (table.empty())
     throw Error("no option speaks of {}: without words, all are listed",

@@ -68,6 +68,7 @@ void Run(const RunArguments& arguments) {
                        .stop = [] { return SignalReceived() != 0; },
                        .observer = observer});
   bar.reset();
+  if (run.result.frames.empty()) ExitIfInterrupted();  // An earlier run's files are worth more.
   WriteRunOutput(arguments.out, run);
   std::cout << DescribeRun(run.atlas, run.result, run.facts);
   CheckOutcome(arguments, run);

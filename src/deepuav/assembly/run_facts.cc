@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "deepuav/io/files/options_file.h"
-
 namespace deepuav {
 
 RunFacts FactsOf(const Eyes& eyes, const RunSettings& settings) {
@@ -15,7 +13,7 @@ RunFacts FactsOf(const Eyes& eyes, const RunSettings& settings) {
   facts.vocabulary = eyes.VocabularyDescription();
   facts.models = eyes.models();
   facts.options = OptionTexts(settings.registry);
-  facts.options_yaml = OptionsAsYaml(settings.registry);
+  facts.options_yaml = settings.asked_yaml;
   return facts;
 }
 

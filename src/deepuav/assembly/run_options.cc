@@ -5,6 +5,7 @@
 
 #include "deepuav/assembly/wrong_use.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/io/files/options_file.h"
 
 namespace deepuav {
 namespace {
@@ -69,6 +70,8 @@ std::unique_ptr<RunSettings> ReadSettings(const std::function<void(OptionRegistr
       registry->Set("places.vocabulary", vocabulary->file.string());
     registry->Set("inference.cache_dir", DefaultCacheFolder());
     set(registry);
+    settings->asked = OptionTexts(*registry);
+    settings->asked_yaml = OptionsAsYaml(*registry);
     options->inference.Check();
     options->features.model = NetworkFile(options->features.model, "superpoint",
                                           options->network.size, options->inference);

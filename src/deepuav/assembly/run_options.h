@@ -74,6 +74,10 @@ struct RunSettings {
 
   RunOptions options;
   OptionRegistry registry;  ///< Refers to `options`.
+  /// As they were asked for, for a person and for --config: before anything took the place of what
+  /// depends on the machine or on what is run, such as the file of a network.
+  std::map<std::string, std::string> asked;
+  std::string asked_yaml;
 };
 
 /// Defaults, then what `set` does; where that names no file, the shipped ones. Throws WrongUse for
