@@ -105,6 +105,20 @@ TEST(MountSearch, NothingIsToldWithoutTurnsSamplesOrPath) {
   EXPECT_FALSE(scene.Find());
 }
 
+TEST(MountSearch, SaysNoMoreThanItsOptionsAllow) {
+  Scene gimbal(OneAxisFlight(), Eigen::Quaterniond::Identity());
+  ASSERT_TRUE(gimbal.Find());
+  gimbal.options.max_mount_doubt_deg = 0;
+  EXPECT_FALSE(gimbal.Find()) << "nothing is taken to be along the axes";
+  Scene free(InertialFlight(), RotationExp({1.9, -0.4, 0.3}), 0.02);
+  free.options.max_clock_offset_s = 0;
+  const auto found = free.Find();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->clock_offset_s, 0);
+  free.options.max_tilt_sigma_deg = 0.9 * found->sigma_rad / kDegree;
+  EXPECT_FALSE(free.Find());
+}
+
 TEST(MountSearch, AMirroredSensorIsNoMount) {
   Scene scene(InertialFlight(), Eigen::Quaterniond::Identity());
   for (ImuSample& sample : scene.samples) sample.angular_velocity.x() *= -1;

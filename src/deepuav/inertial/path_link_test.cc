@@ -168,6 +168,21 @@ TEST(PathLink, APathThatContradictsIsRefused) {
   EXPECT_THAT(reason({}), HasSubstr("poses"));
 }
 
+TEST(PathLink, APathThatGoesTheOtherWayHasNoScale) {
+  const InertialFlight flight;
+  const Flown flown(flight);
+  Trajectory path = PathFrom(flight, kSees_s, kSees_s + 3);
+  const Eigen::Vector3d first = path.front().world_from_cam.translation();
+  for (TimedPose& pose : path) {
+    pose.world_from_cam = {pose.world_from_cam.rotation(),
+                           2 * first - pose.world_from_cam.translation()};
+  }
+  const LinkAttempt link =
+      LinkPath(StateOf(flight, kBlind_s), path, kCamFromImu, flown.Reckoning(), {});
+  EXPECT_FALSE(link.world_from_path);
+  EXPECT_NE(link.reason, "");
+}
+
 TEST(PathLink, AHoverTellsNoScale) {
   const Hover flight;
   const Flown flown(flight);

@@ -114,6 +114,33 @@ TEST(Preintegration, ItsCovarianceIsThatOfManyNoisyFlights) {
     EXPECT_NEAR(std::sqrt(seen(i, i) / exact.covariance(i, i)), 1, 0.08) << i;
 }
 
+TEST(Preintegration, PartsAddUpToTheWhole) {
+  const ImuIntegrator integrator = Integrator();
+  const ImuBias bias{{0.02, -0.03, 0.01}, {0.1, 0.2, -0.3}};
+  const auto between = [&](double from_s, double to_s) {
+    return *integrator.Between(AtSeconds(from_s), AtSeconds(to_s), bias);
+  };
+  for (const auto& [middle_s, tolerance] : {std::pair(1.5, 1e-12), {1.5023, 1e-6}}) {
+    const Preintegration first = between(1, middle_s), last = between(middle_s, 2.2);
+    Preintegration both;
+    both.rotation = first.rotation * last.rotation;
+    both.velocity_m_s = first.velocity_m_s + first.rotation * last.velocity_m_s;
+    both.position_m =
+        first.position_m + last.duration_s * first.velocity_m_s + first.rotation * last.position_m;
+    EXPECT_LT(Difference(both, between(1, 2.2)).cwiseAbs().maxCoeff(), tolerance) << middle_s;
+  }
+}
+
+TEST(Preintegration, SamplesAsFarApartAsAllowedAreInterpolated) {
+  const std::vector<ImuSample> samples = InertialFlight().Samples(0, 4, 1 / kGap_s);
+  const auto covers = [&](double max_gap_s) {
+    const ImuIntegrator integrator(samples, kNoise, max_gap_s);
+    return integrator.Between(AtSeconds(1.01), AtSeconds(2.99), {}).has_value();
+  };
+  EXPECT_TRUE(covers(kGap_s));
+  EXPECT_FALSE(covers(0.99 * kGap_s));
+}
+
 TEST(Preintegration, HasNothingBeyondTheSamplesOrAcrossAGap) {
   std::vector<ImuSample> samples = InertialFlight().Samples(0, 4, 200);
   std::erase_if(samples, [](const ImuSample& sample) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/inertial_flight.h"
 
 namespace deepuav {
@@ -126,6 +128,63 @@ TEST(RunningAlignment, StartsAnew) {
   running.Restart();
   EXPECT_FALSE(running.told());
   EXPECT_FALSE(running.Add(path[next]));
+}
+
+/// Every fourth sample, which takes a quarter of the time.
+ImuStream Thinned(ImuStream imu) {
+  std::vector<ImuSample> kept;
+  for (size_t i = 0; i < imu.samples.size(); i += 4) kept.push_back(imu.samples[i]);
+  imu.samples = kept;
+  return imu;
+}
+
+TEST(RunningAlignment, PosesThatAreNotLaterChangeNothing) {
+  const InertialFlight flight;
+  const ImuStream imu = Thinned(StreamOf(flight));
+  const Trajectory path = PathOf(flight, 1, kEnd_s / 2);
+  Trajectory with_late;
+  for (const TimedPose& pose : path) {
+    with_late.push_back(pose);
+    with_late.push_back({pose.time, SE3()});
+    with_late.push_back({AtSeconds(0.5), SE3()});  // before all others, where samples are
+  }
+  const auto told = Told(path, imu), told_with_late = Told(with_late, imu);
+  ASSERT_FALSE(told.empty());
+  ASSERT_EQ(told_with_late.size(), told.size());
+  for (size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told_with_late[i].first, told[i].first);
+    EXPECT_EQ(told_with_late[i].second.metric_from_world.scale(),
+              told[i].second.metric_from_world.scale());
+  }
+}
+
+TEST(RunningAlignment, WhatNoiseMakesOfItIsNoFartherOffThanItSays) {
+  constexpr double kPositionSigma_m = 0.02, kTurnSigma_rad = 1e-3, kSigmas = 4;
+  for (const uint64_t seed : {1, 2}) {
+    Random random(seed);
+    const InertialFlight flight;
+    ImuStream imu = Thinned(StreamOf(flight));
+    for (ImuSample& sample : imu.samples) {
+      sample.angular_velocity += Eigen::Vector3d(0.01, -0.02, 0.03) + GaussianVector(2e-3, &random);
+      sample.specific_force += Eigen::Vector3d(0.06, -0.05, 0.04) + GaussianVector(0.03, &random);
+    }
+    Trajectory path = PathOf(flight, 1, kEnd_s / 2);
+    for (TimedPose& pose : path) {
+      const SE3& at = pose.world_from_cam;
+      pose.world_from_cam = {
+          at.rotation() * RotationExp(GaussianVector(kTurnSigma_rad, &random)),
+          at.translation() + kWorldFromLevel.scale() * GaussianVector(kPositionSigma_m, &random)};
+    }
+    const auto told = Told(path, imu);
+    ASSERT_FALSE(told.empty()) << seed;
+    for (const auto& [t, world] : told) {
+      const double growth = world.metric_from_world.scale() * kWorldFromLevel.scale();
+      EXPECT_LT(std::abs(growth - 1), kSigmas * world.scale_sigma) << seed << " at " << t;
+      const Eigen::Vector3d up = world.metric_from_world.rotation() *
+                                 (kWorldFromLevel.rotation() * Eigen::Vector3d::UnitZ());
+      EXPECT_LT(up.head<2>().norm(), kSigmas * world.tilt_sigma_rad) << seed << " at " << t;
+    }
+  }
 }
 
 }  // namespace
