@@ -59,6 +59,16 @@ void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
 }
 #endif
 
+/// Empty unless the machine was too slow for what came.
+std::string AdviceAfter(const FinishedRun& run) {
+  constexpr double kManyOvertaken = 0.05;
+  const int64_t came = run.facts.live->arrived, overtaken = run.result.skipped_late;
+  const bool sees_whole_images = run.facts.options.at("features.network_pixels") == "0";
+  if (!sees_whole_images || overtaken <= kManyOvertaken * static_cast<double>(came)) return "";
+  return "--set features.network_pixels=200000 has the network see smaller images: fewer would be "
+         "overtaken\n";
+}
+
 std::string DescribeLive(const FinishedRun& run) {
   const LiveFacts& live = *run.facts.live;
   return fmt::format(
@@ -108,7 +118,8 @@ void Run(const LiveArguments& arguments) {
   const FinishedRun run = live.Run(hooks);
   if (run.result.frames.empty()) ExitIfInterrupted();  // An earlier run's files are worth more.
   WriteRunOutput(arguments.out, run);
-  std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run);
+  std::cout << DescribeRun(run.atlas, run.result, run.facts) << DescribeLive(run)
+            << AdviceAfter(run);
   if (!run.result.failure.empty())
     throw Error("{} (what was computed is in {})", run.result.failure, arguments.out);
   ExitIfInterrupted();

@@ -33,8 +33,8 @@ struct RunFacts {
   int damaged = 0;     ///< Used as far as they go.
   double wall_s = 0;
   double start_up_s = 0;  ///< From the start of the program to the first frame's features.
-  std::map<std::string, std::string> options;
-  std::string options_yaml;  ///< The same, for a person and for --config.
+  std::map<std::string, std::string> options;  ///< As the run had them.
+  std::string options_yaml;                    ///< As they were asked for, for --config.
   MapOrigin map_origin;
   KeyframeId first_new_keyframe;  ///< Keyframes before it come from maps that were loaded.
   FoundCalibration calibration;
