@@ -226,5 +226,49 @@ TEST(LevelByFirstCamera, IsOfTheImagesUpperEdgeWhereTheCameraLooksStraightDown) 
   }
 }
 
+constexpr double kGround_s = 30;
+
+/// Stands where the flight begins, then flies it, slowly at first.
+struct FromTheGround : InertialFlight {
+  static double Since(double t) { return std::max(0.0, t - kGround_s); }
+  static double Rate(double t) { return 0.5 - 0.5 * std::cos(std::min(M_PI, Since(t))); }
+  static double RateSlope(double t) { return Since(t) < M_PI ? 0.5 * std::sin(Since(t)) : 0; }
+  /// The moment of the flight that it has come to.
+  static double Along(double t) {
+    const double since = Since(t);
+    return since < M_PI ? 0.5 * (since - std::sin(since)) : since - 0.5 * M_PI;
+  }
+  Eigen::Vector3d Position(double t) const override { return InertialFlight::Position(Along(t)); }
+  Eigen::Vector3d Velocity(double t) const override {
+    return Rate(t) * InertialFlight::Velocity(Along(t));
+  }
+  Eigen::Vector3d Acceleration(double t) const override {
+    return Rate(t) * Rate(t) * InertialFlight::Acceleration(Along(t)) +
+           RateSlope(t) * InertialFlight::Velocity(Along(t));
+  }
+  Eigen::Vector3d Turn(double t) const override { return InertialFlight::Turn(Along(t)); }
+};
+
+TEST(InertialAlignmentGuards, ALongTimeOnTheGroundDoesNotHideTheFlight) {
+  constexpr double kFlight_s = 8;
+  // On the ground the same pixels say the same again and again.
+  constexpr double kSigmaOnGround_m = 2e-4, kSigmaInAir_m = 0.01;
+  const FromTheGround flight;
+  Flown flown;
+  Random random(7);
+  flown.imu.samples = flight.Samples(0, kGround_s + kFlight_s + 1, kImuRate_hz);
+  flown.path =
+      flight.CameraPath(kFrom_s, kGround_s + kFlight_s, kRate_hz, kCamFromImu, kWorldFromLevel);
+  for (TimedPose& pose : flown.path) {
+    const double sigma_m = pose.time < AtSeconds(kGround_s) ? kSigmaOnGround_m : kSigmaInAir_m;
+    const SE3& at = pose.world_from_cam;
+    pose.world_from_cam = {at.rotation(), at.translation() + kWorldFromLevel.scale() *
+                                                                 GaussianVector(sigma_m, &random)};
+  }
+  const InertialAttempt attempt = flown.Align();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_LT(std::abs(ScaleError(*attempt.found, kLevelFromWorld)), 4 * attempt.found->scale_sigma);
+}
+
 }  // namespace
 }  // namespace deepuav

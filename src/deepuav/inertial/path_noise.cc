@@ -20,8 +20,10 @@ constexpr double kLeastShare = 0.3;
 constexpr double kMinTurnSigma_rad = 0.002 * kDegree;
 /// No path is better than this share of its extent, as one without any error could not be weighed.
 constexpr double kMinPositionShare = 1e-6;
-/// Over the median distance of a pose from between its neighbours.
+/// Over the median distance of poses from between their neighbours.
 constexpr double kJump = 20;
+/// That tell what is usual about a pose, to either side, at least and at most.
+constexpr std::ptrdiff_t kSomePoses = 8, kManyPoses = 30;
 /// Residuals count up to so many standard deviations, correlations down to this one.
 constexpr double kLongest = 3, kLeastCorrelation = 0.05;
 
@@ -38,6 +40,19 @@ double SigmaOf(const std::vector<Vector6d>& residuals, int first, size_t from, s
   return std::sqrt(Median(std::move(squares)) / kMedianChiSquare);
 }
 
+/// The median of those before or that of those after one, whichever is more: a flight from the
+/// ground begins with no jump, however quiet it was there. Of all where these are few.
+double UsualAbout(const std::vector<double>& distances, size_t i) {
+  const auto at = distances.begin() + static_cast<std::ptrdiff_t>(i);
+  double usual = 0;
+  if (at - distances.begin() >= kSomePoses)
+    usual = Median(std::vector(std::max(distances.begin(), at - kManyPoses), at));
+  if (distances.end() - at > kSomePoses)
+    usual =
+        std::max(usual, Median(std::vector(at + 1, std::min(distances.end(), at + kManyPoses))));
+  return usual > 0 ? usual : Median(distances);
+}
+
 }  // namespace
 
 Trajectory WithoutJumps(const Trajectory& path) {
@@ -48,11 +63,11 @@ Trajectory WithoutJumps(const Trajectory& path) {
     distances.push_back(
         (path[k].world_from_cam.translation() - between.world_from_cam.translation()).norm());
   }
-  const double usual = Median(distances);
+  const double least = kMinPositionShare * ExtentOf(path);
   Trajectory kept;
   for (size_t k = 0; k < path.size(); ++k) {
     const size_t i = std::clamp<size_t>(k, 1, distances.size()) - 1;
-    if (distances[i] <= kJump * usual) kept.push_back(path[k]);
+    if (distances[i] <= kJump * std::max(UsualAbout(distances, i), least)) kept.push_back(path[k]);
   }
   return kept;
 }

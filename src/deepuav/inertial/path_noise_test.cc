@@ -130,5 +130,34 @@ TEST(VarianceInflation, IsNoneWhereErrorsAreIndependentOrNone) {
   EXPECT_EQ(VarianceInflation(residuals, problem), 1);
 }
 
+TEST(WithoutJumps, AFlightIsNoJumpAfterALongTimeOnTheGround) {
+  constexpr double kGround_s = 40, kFlight_s = 20;
+  // On the ground the same pixels say the same again and again.
+  constexpr double kSigmaOnGround_m = 2e-4, kSigmaInAir_m = 0.01;
+  Random random(2);
+  Trajectory path;
+  for (double t = 0; t < kGround_s; t += 1 / kRate_hz) path.push_back({AtSeconds(t), SE3()});
+  path = AddNoise(path, kSigmaOnGround_m, random);
+  for (TimedPose pose : NoisyPath(kFlight_s, kSigmaInAir_m)) {
+    pose.time.nanoseconds += AtSeconds(kGround_s).nanoseconds;
+    path.push_back(pose);
+  }
+  const auto flown = [&](const Trajectory& poses) {
+    return std::count_if(poses.begin(), poses.end(),
+                         [&](const TimedPose& pose) { return pose.time >= AtSeconds(kGround_s); });
+  };
+  EXPECT_GT(flown(WithoutJumps(path)), 0.9 * static_cast<double>(flown(path)));
+}
+
+TEST(WithoutJumps, LeavesPathsThatTellNoJump) {
+  Trajectory straight;
+  for (int i = 0; i < 50; ++i)
+    straight.push_back({AtSeconds(0.1 * i), SE3(Eigen::Quaterniond::Identity(), {0.3 * i, 0, 0})});
+  for (const size_t count : {0, 1, 2, 50}) {
+    const Trajectory path(straight.begin(), straight.begin() + static_cast<std::ptrdiff_t>(count));
+    EXPECT_EQ(WithoutJumps(path).size(), count);
+  }
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -42,7 +42,7 @@ std::optional<ImuSample> ImuIntegrator::At(Timestamp time) const {
 bool ImuIntegrator::Covers(Timestamp first, Timestamp last) const {
   if (last < first || !At(first) || !At(last)) return false;
   auto next = std::upper_bound(samples_.begin(), samples_.end(), ImuSample{first, {}, {}}, Earlier);
-  for (; next != samples_.end() && next->time < last; ++next) {
+  for (; next != samples_.end() && next->time <= last; ++next) {
     if (next != samples_.begin() && SecondsBetween(std::prev(next)->time, next->time) > max_gap_s_)
       return false;
   }

@@ -170,5 +170,16 @@ TEST(CleanSamples, SortsAndDropsWhatRepeatsOrIsNoNumber) {
   EXPECT_EQ(clean[2].angular_velocity.x(), 1);
 }
 
+TEST(Preintegration, HasNothingAcrossAGapThatEndsWhereItDoes) {
+  std::vector<ImuSample> samples = InertialFlight().Samples(0, 4, 200);
+  std::erase_if(samples, [](const ImuSample& sample) {
+    return sample.time > AtSeconds(2) && sample.time < AtSeconds(2.1);
+  });
+  const ImuIntegrator integrator(samples, kNoise, kGap_s);
+  EXPECT_FALSE(integrator.Between(AtSeconds(1.9), AtSeconds(2.1), {}));
+  EXPECT_FALSE(integrator.Between(AtSeconds(2), AtSeconds(2.1), {}));
+  EXPECT_FALSE(integrator.Covers(AtSeconds(1.9), AtSeconds(2.1)));
+}
+
 }  // namespace
 }  // namespace deepuav

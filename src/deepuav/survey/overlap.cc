@@ -63,7 +63,7 @@ class OverlapSearch {
     int inside = 0;
     for (const Eigen::Vector3d& probe : probes) {
       const Eigen::Vector3d point = PoseOf(b) * probe;
-      if (point.z() <= 0) continue;
+      if (!state_.lens.Reaches(point)) continue;
       const Eigen::Vector2d px = state_.lens.camera.Project(point);
       inside += px.x() >= 0 && px.y() >= 0 && px.x() < size_.width && px.y() < size_.height;
     }

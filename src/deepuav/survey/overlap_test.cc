@@ -123,5 +123,13 @@ TEST(OverlappingPairs, SayByHowMuchTheFirstIsToBeTurned) {
   }
 }
 
+TEST(OverlappingPairs, AreNoneWhereTheLensWouldFoldOver) {
+  // The polynomial has what lies 66 degrees beside the axis in the middle of the image again.
+  constexpr double kK1 = -0.2, kFoldedM = 90;
+  const MappedGround ground(
+      {LookDown({0, 0, kHeightM}, M_PI / 2), LookDown({kFoldedM, 0, kHeightM}, M_PI / 2)}, kK1);
+  EXPECT_TRUE(ground.Pairs().empty());
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -133,8 +133,8 @@ bool PairJudge::FitsEpipolarLine(const MatchedPair& pair, const Match& match,
   const SE3 b_from_a = PoseOf(state, pair.b) * PoseOf(state, pair.a).Inverse();
   const Eigen::Vector3d turned = b_from_a.rotation() * *ray_a;
   const Eigen::Vector3d line = b_from_a.translation().cross(turned);
-  if (std::abs(line.dot(*ray_b)) <= limit * line.head<2>().norm()) return true;
   // Without a baseline there is no line.
+  if (std::abs(line.dot(*ray_b)) < limit * line.head<2>().norm()) return true;
   return turned.z() > 0 && (turned.hnormalized() - ray_b->hnormalized()).norm() <= limit;
 }
 

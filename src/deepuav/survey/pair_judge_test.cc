@@ -128,5 +128,14 @@ TEST(PairJudge, AgreementIsWhatIsExplainedLessWhatContradicts) {
   EXPECT_DOUBLE_EQ(agreement(), 0.5 * kPoints) << "what is in no map says nothing";
 }
 
+TEST(PairJudge, FromOnePlaceADirectionCountsForALine) {
+  const std::vector<SE3> poses = {LookDown({0, 0, kHeightM}, 0), LookDown({0, 0, kHeightM}, 0.5)};
+  JudgedMap turned(poses);
+  turned.KeepPoints(0);
+  EXPECT_EQ(turned.Share(), 1);
+  turned.ShowElsewhere({kOffPx, kOffPx});
+  EXPECT_LT(turned.Share(), 0.1);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -24,6 +24,7 @@ bool SurveyMapper::PlaceElsewhere(std::vector<int> misplaced, const std::set<int
     judge.SetHoldingAside(misplaced, again, &others, &holding);
     for (const int view : misplaced) again.state.cam_from_world[static_cast<size_t>(view)].reset();
     GrowFurther(taken, others, stop, &again);
+    if (again.state.ViewCount() < options_.min_map_views) return false;
     now = judge.Agreement(pairs, again);
     Log().debug(
         "with {} photographs placed again by those that contradict them the map agrees with {:.0f} "

@@ -56,6 +56,18 @@ class SurveyDegenerateTest : public ::testing::Test {
   NearestNeighbourMatcher matcher_{{}};
 };
 
+/// Every photograph is in a map or in none, and no map is without photographs.
+void ExpectWhole(const SurveyOutcome& outcome, size_t photographs) {
+  ASSERT_EQ(outcome.places.size(), photographs);
+  for (const SurveyOutcome::Place& place : outcome.places) {
+    if (!place.map.valid()) continue;
+    ASSERT_TRUE(std::ranges::count(outcome.atlas.Remaining(), place.map));
+    EXPECT_TRUE(outcome.atlas.At(place.map).Contains(place.keyframe));
+  }
+  for (const MapId map : outcome.atlas.Remaining())
+    EXPECT_GE(outcome.atlas.At(map).KeyframeCount(), SurveyOptions().min_map_views);
+}
+
 TEST_F(SurveyDegenerateTest, PhotographsFromOnePlaceAreNoMap) {
   std::vector<SE3> poses;
   for (int i = 0; i < 6; ++i)
@@ -92,13 +104,22 @@ TEST_F(SurveyDegenerateTest, StoppedAnywhereItGivesWhatHoldsTogether) {
   for (int i = 0; i < kPlaces; ++i) {
     int left = asked * i / kPlaces;
     const SurveyOutcome outcome = Run(views, [&] { return left-- <= 0; });
-    ASSERT_EQ(outcome.places.size(), views.size());
-    for (const SurveyOutcome::Place& place : outcome.places) {
-      if (!place.map.valid()) continue;
-      ASSERT_TRUE(std::ranges::count(outcome.atlas.Remaining(), place.map));
-      EXPECT_TRUE(outcome.atlas.At(place.map).Contains(place.keyframe));
-    }
+    ExpectWhole(outcome, views.size());
   }
+}
+
+/// A wrong focal length feigns parallax, so that all photographs may count as misplaced.
+TEST_F(SurveyDegenerateTest, PhotographsFromOnePlaceWithAnUnknownLensLeaveNoEmptyMap) {
+  std::vector<SE3> poses;
+  for (int i = 0; i < 6; ++i)
+    poses.push_back(Perturbed(LookDown({10, 10, kHeightM}, 0.4 * i), 0, 0.15, &random_));
+  SurveyOptions options;
+  options.sequence_neighbours = 100;
+  constexpr double kFocalSigma = 0.1;  // the focal length is a guess, as from EXIF
+  const SurveyOutcome outcome =
+      SurveyMapper(world_.camera(), kFocalSigma, options, {&matcher_}, nullptr)
+          .Run(Photographs(poses));
+  ExpectWhole(outcome, poses.size());
 }
 
 }  // namespace

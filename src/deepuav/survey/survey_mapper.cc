@@ -156,6 +156,14 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
   return built;
 }
 
+bool SurveyMapper::IsRefuted(const BuiltSurvey& built, std::vector<MatchedPair>* pairs) const {
+  const double agreement = JudgeOfPairs().Agreement(pairs, built);
+  if (agreement >= 0) return false;
+  Log().debug("a map of {} photographs is none: its pairs disagree with it by {:.0f}",
+              built.state.ViewCount(), -agreement);
+  return true;
+}
+
 std::function<void(int, int)> SurveyMapper::Telling(const char* what) const {
   if (!watch_) return nullptr;
   return [this, what](int done, int total) { watch_->OnWork(what, done, total); };
@@ -208,7 +216,10 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
     next_map_ = outcome.atlas.NextMap();
     const std::optional<BuiltSurvey> built = Build(taken, &pairs, stop);
     if (!built) break;
-    if (taken.empty()) {
+    const std::set<int> mapped = ViewsIn(built->state);
+    taken.insert(mapped.begin(), mapped.end());
+    if (IsRefuted(*built, &pairs)) continue;
+    if (outcome.atlas.Remaining().empty()) {
       // The first map is the largest as a rule, and tells the lens to the others.
       lens_ = built->state.lens;
       outcome.lens = DescribeLens(built->tracks, built->px, options_, built->state);
@@ -217,8 +228,6 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
     }
     const std::vector<int> doubtful = JudgeOfPairs().Doubtful(&pairs, *built);
     outcome.doubtful.insert(outcome.doubtful.end(), doubtful.begin(), doubtful.end());
-    const std::set<int> mapped = ViewsIn(built->state);
-    taken.insert(mapped.begin(), mapped.end());
     const MapId map = outcome.atlas.NextMap();
     const std::vector<KeyframeId> keyframes =
         AddSurveyMap(views_, *built, outcome.camera, keeps_distortion_, &outcome.atlas);

@@ -38,7 +38,7 @@ struct SurveyOutcome {
     MapId map;  ///< Invalid where the photograph is in none.
     KeyframeId keyframe;
   };
-  Atlas atlas;                      ///< The map with most photographs first.
+  Atlas atlas;                      ///< The map with most photographs first, as a rule.
   Camera camera;                    ///< As given, or refined.
   std::vector<Place> places;        ///< By view.
   std::optional<RefinedLens> lens;  ///< Where it was refined.
@@ -93,6 +93,9 @@ class SurveyMapper {
   void MatchOverlaps(const BuiltSurvey& built, std::vector<MatchedPair>* pairs,
                      const std::function<bool()>& stop);
   PairJudge JudgeOfPairs() const;
+  /// Whether matches say more against a map than for it, as of photographs from one place, where a
+  /// wrong focal length feigns parallax.
+  bool IsRefuted(const BuiltSurvey& built, std::vector<MatchedPair>* pairs) const;
   /// Tells whoever watches how many of `what` are done.
   std::function<void(int done, int total)> Telling(const char* what) const;
   PairMatching Matching() const;

@@ -9,9 +9,9 @@
 namespace deepuav {
 namespace {
 
-double EndOf(const RadialPolynomial& radial) {
-  return radial.OneToOneRadius(std::tan(Camera::kMaxAngleRad));
-}
+const double kWidestRay = std::tan(Camera::kMaxAngleRad);
+
+double EndOf(const RadialPolynomial& radial) { return radial.OneToOneRadius(kWidestRay); }
 
 Eigen::Vector2d TangentialShift(const BundleCamera& camera, const Eigen::Vector2d& ray) {
   const double x = ray.x(), y = ray.y(), squared = ray.squaredNorm();
@@ -43,6 +43,13 @@ std::optional<Eigen::Vector2d> SurveyLens::Undistort(const Eigen::Vector2d& px) 
   const auto ray = Ray(px);
   if (!ray) return std::nullopt;
   return camera.pinhole.Project(*ray);
+}
+
+bool SurveyLens::Reaches(const Eigen::Vector3d& point_cam) const {
+  if (point_cam.z() <= 0) return false;
+  if (camera.IsUndistorted()) return true;
+  const RadialPolynomial radial({camera.k1, camera.k2, 0, 0});
+  return radial.IsOneToOneAt(point_cam.hnormalized().norm(), kWidestRay);
 }
 
 bool SurveyLens::IsOneToOne(double radius_px) const {

@@ -43,6 +43,9 @@ struct SurveyLens {
   std::optional<Eigen::Vector3d> Ray(const Eigen::Vector2d& px) const;
   /// The pixel without distortion.
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& px) const;
+  /// Whether a point is before the camera, and where the model is that of the lens: beyond, it
+  /// folds back into the image.
+  bool Reaches(const Eigen::Vector3d& point_cam) const;
   /// Whether the lens is one-to-one as far as `radius_px` from the centre.
   bool IsOneToOne(double radius_px) const;
 };

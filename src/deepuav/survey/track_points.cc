@@ -19,6 +19,24 @@ constexpr int kYoungLensViews = 5;
 /// Sights of a track from which it is triangulated, at most: further ones add little.
 constexpr size_t kTriangulationSights = 7;
 
+std::vector<const Track::Sight*> PosedSights(const std::vector<Track::Sight>& sights,
+                                             const SurveyState& state) {
+  std::vector<const Track::Sight*> posed;
+  for (const Track::Sight& sight : sights) {
+    if (state.Has(sight.view)) posed.push_back(&sight);
+  }
+  return posed;
+}
+
+/// So many of more, from the first to the last.
+std::vector<const Track::Sight*> Spread(const std::vector<const Track::Sight*>& sights,
+                                        size_t count) {
+  std::vector<const Track::Sight*> spread;
+  for (size_t i = 0; i < count; ++i)
+    spread.push_back(sights[i * (sights.size() - 1) / (count - 1)]);
+  return spread;
+}
+
 }  // namespace
 
 double LensDoubt(const SurveyState& state) {
@@ -91,8 +109,24 @@ int TrackPoints::TriangulateAll(SurveyState* state) const {
       [this, state](size_t t) { return !state->points[t] && Triangulate(t, state) ? 1 : 0; });
 }
 
-/// Of the points that two sights give the one with which most sights agree.
 bool TrackPoints::Triangulate(size_t track, SurveyState* state) const {
+  auto sights = PosedSights(tracks_->tracks[track].sights, *state);
+  if (sights.size() > kTriangulationSights) {
+    const auto spread = Spread(sights, kTriangulationSights);
+    sights.resize(kTriangulationSights);
+    state->points[track] = PointOf(sights, *state);
+    // The first ones may have been taken where the camera hovered.
+    if (!state->points[track]) state->points[track] = PointOf(spread, *state);
+  } else {
+    state->points[track] = PointOf(sights, *state);
+  }
+  if (state->points[track]) JudgeTrack(track, state);
+  return state->points[track].has_value();
+}
+
+/// Of the points that two of the sights give the one with which most of them agree.
+std::optional<Eigen::Vector3d> TrackPoints::PointOf(const std::vector<const Track::Sight*>& sights,
+                                                    const SurveyState& state) const {
   struct Eye {
     const SE3* cam_from_world;
     Eigen::Vector3d ray;
@@ -101,12 +135,11 @@ bool TrackPoints::Triangulate(size_t track, SurveyState* state) const {
     double max_squared;
   };
   std::vector<Eye> eyes;
-  for (const Track::Sight& sight : tracks_->tracks[track].sights) {
-    const auto& pose = state->cam_from_world[static_cast<size_t>(sight.view)];
-    if (!pose || eyes.size() == kTriangulationSights) continue;
-    if (const auto ray = state->lens.Ray(PixelOf(sight)))
-      eyes.push_back({&*pose, *ray, pose->InverseTranslation(), PixelOf(sight),
-                      MaxSquaredErrorPx(SightOf(sight), *state)});
+  for (const Track::Sight* sight : sights) {
+    const SE3& pose = *state.cam_from_world[static_cast<size_t>(sight->view)];
+    if (const auto ray = state.lens.Ray(PixelOf(*sight)))
+      eyes.push_back({&pose, *ray, pose.InverseTranslation(), PixelOf(*sight),
+                      MaxSquaredErrorPx(SightOf(*sight), state)});
   }
   const double min_parallax = options_.min_parallax_deg * std::numbers::pi / 180;
   std::optional<Eigen::Vector3d> best;
@@ -119,18 +152,15 @@ bool TrackPoints::Triangulate(size_t track, SurveyState* state) const {
       if (!point || !point->allFinite()) continue;
       const double parallax = ParallaxAngle(eyes[i].centre, eyes[j].centre, *point);
       if (parallax < min_parallax) continue;
-      int agreeing = 0;
-      for (const Eye& eye : eyes) {
-        agreeing += SquaredErrorPx(state->lens.camera, *eye.cam_from_world * *point, eye.px) <
-                    eye.max_squared;
-      }
+      const auto agreeing = static_cast<int>(std::ranges::count_if(eyes, [&](const Eye& eye) {
+        return SquaredErrorPx(state.lens.camera, *eye.cam_from_world * *point, eye.px) <
+               eye.max_squared;
+      }));
       if (agreeing < most + (best ? 0 : 1) || (agreeing == most && parallax <= widest)) continue;
       best = point, most = agreeing, widest = parallax;
     }
   }
-  state->points[track] = best;
-  if (best) JudgeTrack(track, state);
-  return state->points[track].has_value();
+  return best;
 }
 
 /// A point with fewer than two sights that agree, or too little parallax between these, is none.

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <functional>
+#include <optional>
+#include <vector>
 
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/survey_state.h"
@@ -40,6 +42,8 @@ class TrackPoints {
   bool Agrees(const Eigen::Vector3d& point, const Track::Sight& sight,
               const SurveyState& state) const;
   bool Triangulate(size_t track, SurveyState* state) const;
+  std::optional<Eigen::Vector3d> PointOf(const std::vector<const Track::Sight*>& sights,
+                                         const SurveyState& state) const;
   int JudgeTrack(size_t track, SurveyState* state) const;
   int ForAllTracks(const std::function<int(size_t)>& count) const;
 

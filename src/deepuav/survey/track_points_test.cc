@@ -146,5 +146,13 @@ TEST(TrackPoints, AreTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(alone.agrees, together.agrees);
 }
 
+TEST(TrackPoints, PhotographsTakenWhereItHoveredDoNotHideTheOthers) {
+  std::vector<SE3> poses(8, LookDown({0, 0, kHeightM}, 0));
+  for (const SE3& pose : Row(3, 6)) poses.push_back(pose);
+  const SeenGround ground(poses);
+  SurveyState state = ground.State();
+  EXPECT_EQ(ground.Points().TriangulateAll(&state), static_cast<int>(kPoints));
+}
+
 }  // namespace
 }  // namespace deepuav

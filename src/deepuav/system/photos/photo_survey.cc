@@ -110,18 +110,20 @@ void ScaleFocalLength(const Pinhole& pinhole, Camera* camera) {
 /// centimetres tell.
 void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& options,
                         StageClock* clock, const std::function<bool()>& stop, SurveyRun* run) {
-  if (sensors.gnss.fixes.empty()) return;
+  if (sensors.gnss.fixes.empty() || run->outcome.atlas.Remaining().empty()) return;
   const StageScope stage(clock, "georeference");
   Camera& camera = run->outcome.camera;
   const bool lens_is_open = run->outcome.lens && camera.lens != LensModel::kEquidistant;
   Atlas& atlas = run->outcome.atlas;
   Mapper mapper(camera, options.mapping, &atlas, clock);
   Georeferencing georeferencing(sensors, options.sensors, {}, &mapper, &atlas);
-  const std::vector<MapId> maps = atlas.Remaining();  // The one with most photographs first.
+  const std::vector<MapId> maps = atlas.Remaining();
+  const MapId largest =
+      *std::ranges::max_element(maps, {}, [&](MapId map) { return atlas.At(map).KeyframeCount(); });
   const bool refines = lens_is_open && georeferencing.TellsFocalLength();
   Pinhole pinhole = camera.pinhole;
   run->result.georeferences = georeferencing.ApplyToAll(
-      maps, run->result.frames, &pinhole, [&](MapId map) { return refines && map == maps.front(); },
+      maps, run->result.frames, &pinhole, [&](MapId map) { return refines && map == largest; },
       stop);
   ScaleFocalLength(pinhole, &camera);
   for (FrameRecord& record : run->result.frames) {
