@@ -1,6 +1,7 @@
 #include "deepuav/sensors/georeference_hypothesis.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -31,6 +32,32 @@ std::optional<Sim3> AlignThree(std::vector<Eigen::Vector3d> source,
   add_below(-Eigen::Vector3d::UnitZ(), &target);
   if (!source.back().allFinite() || !target.back().allFinite()) return std::nullopt;
   return Align(source, target, AlignmentKind::kSimilar);
+}
+
+using Three = std::array<size_t, 3>;
+
+/// Three neighbours tell little.
+Three OneOfEachThird(int count, Random* random) {
+  Three three;
+  for (int k = 0; k < 3; ++k) {
+    const int first = k * count / 3, size = (k + 1) * count / 3 - first;
+    three[static_cast<size_t>(k)] = static_cast<size_t>(first + random->Index(size));
+  }
+  return three;
+}
+
+/// Of any, not next to one another where there are many: all of a third may be wrong, as spoofed.
+Three Apart(int count, Random* random) {
+  constexpr int kParts = 12;
+  const int least = count / kParts;
+  const int free = count - 2 * least;
+  std::array<int, 3> at;
+  for (int& index : at) index = random->Index(free - 2);
+  std::ranges::sort(at);
+  Three three;
+  for (size_t k = 0; k < 3; ++k)
+    three[k] = static_cast<size_t>(at[k]) + k * (static_cast<size_t>(least) + 1);
+  return three;
 }
 
 }  // namespace
@@ -73,12 +100,9 @@ PathHypothesis BestHypothesis(const PathPositions& all, const Eigen::Vector3d& a
   if (count < 3) return best;
   for (int i = 0; i < kHypotheses; ++i) {
     std::vector<Eigen::Vector3d> source, target;
-    for (int k = 0; k < 3; ++k) {
-      // One of each third: three neighbours tell little.
-      const int first = k * count / 3, size = (k + 1) * count / 3 - first;
-      const PositionOnPath& at = positions[static_cast<size_t>(first + random.Index(size))];
-      source.push_back(at.camera.world_from_cam.translation());
-      target.push_back(at.position_m);
+    for (const size_t index : i % 2 == 0 ? OneOfEachThird(count, &random) : Apart(count, &random)) {
+      source.push_back(positions[index].camera.world_from_cam.translation());
+      target.push_back(positions[index].position_m);
     }
     const auto aligned = AlignThree(source, target, down_world);
     if (!aligned || !(aligned->scale() > 0)) continue;
