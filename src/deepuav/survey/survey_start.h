@@ -15,7 +15,7 @@ std::vector<const MatchedPair*> RankStartPairs(const std::vector<MatchedPair>& p
                                                double image_width_px);
 
 /// The start of a map, some photographs large, under the focal length under which they agree best:
-/// that of `lens`, or where it is refined another from 0.35 to 2.8 times as long. Nothing where no
+/// that of `lens`, or where it is refined another from 0.36 to 2.8 times as long. Nothing where no
 /// pair of photographs starts a map.
 std::optional<SurveyGrowth> FindStart(const Tracks& tracks, const ViewPixels& px,
                                       const std::vector<const MatchedPair*>& pairs,
