@@ -40,20 +40,6 @@ TEST(RunOptions, ThreeHundredOutOfRangeAreRefusedByTheirFullNames) {
   }
 }
 
-TEST(RunSettings, RememberWhatWasAskedFor) {
-  const auto settings = ReadSettings(
-      [](OptionRegistry* registry) { registry->SetAssignment("features.keypoints=700"); });
-  EXPECT_NE(settings->options.matcher.method, "auto");
-  EXPECT_NE(settings->options.features.model, "");
-  settings->options.system.refine_focal = !settings->options.system.refine_focal;
-  EXPECT_EQ(settings->asked.at("matching.method"), "auto");
-  EXPECT_EQ(settings->asked.at("features.model"), "");
-  EXPECT_EQ(settings->asked.at("features.keypoints"), "700");
-  EXPECT_NE(settings->asked.at("system.refine_focal"),
-            OptionTexts(settings->registry).at("system.refine_focal"));
-  EXPECT_THAT(settings->asked_yaml, HasSubstr("method: auto"));
-}
-
 TEST(RunOptions, EveryNumberHasTwoBounds) {
   for (const std::string& name : NumericNames<RunOptions>()) {
     for (const char* value : {"-2000000000", "2000000000"}) {
