@@ -215,7 +215,7 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
   while (!(stop && stop() && !taken.empty())) {
     next_map_ = outcome.atlas.NextMap();
     const std::optional<BuiltSurvey> built = Build(taken, &pairs, stop);
-    if (!built) break;
+    if (!built || built->state.ViewCount() == 0) break;
     const std::set<int> mapped = ViewsIn(built->state);
     taken.insert(mapped.begin(), mapped.end());
     if (IsRefuted(*built, &pairs)) continue;
