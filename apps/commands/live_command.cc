@@ -80,8 +80,9 @@ std::string DescribeLive(const FinishedRun& run) {
 
 void Run(const LiveArguments& arguments) {
   LogToStderr(arguments.log_level);
-  auto settings = ReadRunSettings(arguments.options);
-  settings->options.system.localise_only |= arguments.localise_only;
+  OptionArguments options = arguments.options;
+  if (arguments.localise_only) options.assignments.push_back("system.localise_only=true");
+  auto settings = ReadRunSettings(options);
 #if DEEPUAV_WITH_MAVLINK
   const InertialOptions inertial = settings->options.system.sensors.imu;
 #endif

@@ -45,8 +45,9 @@ void CheckOutcome(const RunArguments& arguments, const FinishedRun& run) {
 
 void Run(const RunArguments& arguments) {
   LogToStderr(arguments.log_level);
-  auto settings = ReadRunSettings(arguments.options);
-  settings->options.system.localise_only |= arguments.localise_only;
+  OptionArguments options = arguments.options;
+  if (arguments.localise_only) options.assignments.push_back("system.localise_only=true");
+  auto settings = ReadRunSettings(options);
   DatasetRun dataset_run(arguments.request, std::move(settings));
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);

@@ -23,7 +23,7 @@ constexpr double kMinPositionShare = 1e-6;
 /// Over the median distance of poses from between their neighbours.
 constexpr double kJump = 20;
 /// That tell what is usual about a pose, to either side, at least and at most.
-constexpr std::ptrdiff_t kSomePoses = 8, kManyPoses = 30;
+constexpr size_t kSomePoses = 8, kManyPoses = 30;
 /// Residuals count up to so many standard deviations, correlations down to this one.
 constexpr double kLongest = 3, kLeastCorrelation = 0.05;
 
@@ -41,16 +41,15 @@ double SigmaOf(const std::vector<Vector6d>& residuals, int first, size_t from, s
 }
 
 /// The median of those before or that of those after one, whichever is more: a flight from the
-/// ground begins with no jump, however quiet it was there. Of all where these are few.
+/// ground begins with no jump, however quiet it was there.
 double UsualAbout(const std::vector<double>& distances, size_t i) {
-  const auto at = distances.begin() + static_cast<std::ptrdiff_t>(i);
-  double usual = 0;
-  if (at - distances.begin() >= kSomePoses)
-    usual = Median(std::vector(std::max(distances.begin(), at - kManyPoses), at));
-  if (distances.end() - at > kSomePoses)
-    usual =
-        std::max(usual, Median(std::vector(at + 1, std::min(distances.end(), at + kManyPoses))));
-  return usual > 0 ? usual : Median(distances);
+  const auto median = [&](size_t from, size_t to) {
+    const auto at = [&](size_t k) { return distances.begin() + static_cast<std::ptrdiff_t>(k); };
+    return to - from < kSomePoses ? 0 : Median(std::vector(at(from), at(to)));
+  };
+  const double before = median(i - std::min(i, kManyPoses), i);
+  const double after = median(i + 1, std::min(distances.size(), i + 1 + kManyPoses));
+  return std::max(before, after);
 }
 
 }  // namespace
@@ -63,7 +62,7 @@ Trajectory WithoutJumps(const Trajectory& path) {
     distances.push_back(
         (path[k].world_from_cam.translation() - between.world_from_cam.translation()).norm());
   }
-  const double least = kMinPositionShare * ExtentOf(path);
+  const double least = std::max(Median(distances), kMinPositionShare * ExtentOf(path) / kJump);
   Trajectory kept;
   for (size_t k = 0; k < path.size(); ++k) {
     const size_t i = std::clamp<size_t>(k, 1, distances.size()) - 1;

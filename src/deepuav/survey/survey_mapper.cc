@@ -159,8 +159,8 @@ std::optional<BuiltSurvey> SurveyMapper::Build(const std::set<int>& taken,
 bool SurveyMapper::IsRefuted(const BuiltSurvey& built, std::vector<MatchedPair>* pairs) const {
   const double agreement = JudgeOfPairs().Agreement(pairs, built);
   if (agreement >= 0) return false;
-  Log().debug("a map of {} photographs is none: its pairs disagree with it by {:.0f}",
-              built.state.ViewCount(), -agreement);
+  Log().warn("a map of {} photographs is left out: what they match contradicts it",
+             built.state.ViewCount());
   return true;
 }
 
@@ -218,7 +218,8 @@ SurveyOutcome SurveyMapper::Run(std::vector<SurveyView> views, const std::functi
     if (!built || built->state.ViewCount() == 0) break;
     const std::set<int> mapped = ViewsIn(built->state);
     taken.insert(mapped.begin(), mapped.end());
-    if (IsRefuted(*built, &pairs)) continue;
+    const bool is_cut_short = stop && stop();
+    if (!is_cut_short && IsRefuted(*built, &pairs)) continue;
     if (outcome.atlas.Remaining().empty()) {
       // The first map is the largest as a rule, and tells the lens to the others.
       lens_ = built->state.lens;

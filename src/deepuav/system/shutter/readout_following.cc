@@ -23,7 +23,12 @@ bool ReadoutFollowing::ImagesMayTell(MapId map, double min_saved_share,
                                      const std::function<bool()>& stop,
                                      const std::vector<FrameRecord>& records) const {
   if (!AreAsked(map)) return false;
-  const ImageTurns turns = TurnsOf(map, TurnModel::kTurn, stop, FirstAsked(records, images_));
+  std::vector<FrameRecord> in_map;
+  for (const FrameRecord& record : records) {
+    if (record.located() && run_.atlas->Current(record.map) == run_.atlas->Current(map))
+      in_map.push_back(record);
+  }
+  const ImageTurns turns = TurnsOf(map, TurnModel::kTurn, stop, FirstAsked(in_map, images_));
   return turns.saved_share >= images_.first_share * min_saved_share;
 }
 
