@@ -59,14 +59,18 @@ void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
 }
 #endif
 
-/// Empty unless the machine was too slow for what came.
+/// Empty unless the machine was too slow for what came, and the images can be made smaller.
 std::string AdviceAfter(const FinishedRun& run) {
   constexpr double kManyOvertaken = 0.05;
-  const int64_t came = run.facts.live->arrived, overtaken = run.result.skipped_late;
-  const bool sees_whole_images = run.facts.options.at("features.network_pixels") == "0";
-  if (!sees_whole_images || overtaken <= kManyOvertaken * static_cast<double>(came)) return "";
-  return "--set features.network_pixels=200000 has the network see smaller images: fewer would be "
-         "overtaken\n";
+  constexpr int kEnoughPixels = 200'000;
+  const auto came = static_cast<double>(run.facts.live->arrived);
+  const bool can_be_smaller = run.facts.options.at("features.network_pixels") == "0" &&
+                              run.camera.width * run.camera.height > kEnoughPixels;
+  if (!can_be_smaller || run.result.skipped_late <= kManyOvertaken * came) return "";
+  return fmt::format(
+      "--set features.network_pixels={} has the network see smaller images: fewer would be "
+      "overtaken\n",
+      kEnoughPixels);
 }
 
 std::string DescribeLive(const FinishedRun& run) {

@@ -74,8 +74,8 @@ struct RunSettings {
 
   RunOptions options;
   OptionRegistry registry;  ///< Refers to `options`.
-  /// As they were asked for, for a person and for --config: before anything took the place of what
-  /// depends on the machine or on what is run, such as the file of a network.
+  /// As they were asked for, for a person and for --config: before `auto`, sizes of networks and
+  /// what is known of a lens were replaced by what they stand for here.
   std::map<std::string, std::string> asked;
   std::string asked_yaml;
 };

@@ -25,7 +25,7 @@ constexpr double kMedianOfChi3 = 1.538;  // Median length of a vector of three s
 constexpr double kMedianOfChi2 = 1.177, kMedianOfChi1 = 0.6745;
 /// The clock offset is tried at these steps over this many standard deviations of its prior.
 constexpr double kOffsetStep_s = 0.25, kOffsetSigmas = 2;
-/// Of that on the scale, which anything else has as well.
+/// Over that on the scale: what the fixes leave open altogether counts as known so badly.
 constexpr double kLeastInformation = 1e-12;
 /// A spread below this share of what a fix is taken for is not believed.
 constexpr double kLeastRatio = 0.05;
@@ -191,7 +191,7 @@ class RobustFit {
     const GeoreferenceRefinement refinement(found_.positions, antenna_cam_m_, clock_,
                                             found_.clock_offset_s, options_, known_);
     Matrix8d information = refinement.Information(estimate, PerSigma());
-    // What the fixes leave open altogether is known badly, not everything with it.
+    // Else nothing could be said of what they do tell.
     information.diagonal().array() += kLeastInformation * information(kLogScale, kLogScale);
     const Eigen::LLT<Matrix8d> factor(information);
     found_.covariance = factor.info() == Eigen::Success

@@ -110,22 +110,18 @@ int TrackPoints::TriangulateAll(SurveyState* state) const {
 }
 
 bool TrackPoints::Triangulate(size_t track, SurveyState* state) const {
-  auto sights = PosedSights(tracks_->tracks[track].sights, *state);
-  if (sights.size() > kTriangulationSights) {
-    const auto spread = Spread(sights, kTriangulationSights);
-    sights.resize(kTriangulationSights);
-    state->points[track] = PointOf(sights, *state);
-    // The first ones may have been taken where the camera hovered.
-    if (!state->points[track]) state->points[track] = PointOf(spread, *state);
-  } else {
-    state->points[track] = PointOf(sights, *state);
-  }
-  if (state->points[track]) JudgeTrack(track, state);
-  return state->points[track].has_value();
+  const auto sights = PosedSights(tracks_->tracks[track].sights, *state);
+  std::optional<Eigen::Vector3d>& point = state->points[track];
+  point = PointOf(std::span(sights).first(std::min(sights.size(), kTriangulationSights)), *state);
+  // The first ones may have been taken where the camera hovered.
+  if (!point && sights.size() > kTriangulationSights)
+    point = PointOf(Spread(sights, kTriangulationSights), *state);
+  if (point) JudgeTrack(track, state);
+  return point.has_value();
 }
 
 /// Of the points that two of the sights give the one with which most of them agree.
-std::optional<Eigen::Vector3d> TrackPoints::PointOf(const std::vector<const Track::Sight*>& sights,
+std::optional<Eigen::Vector3d> TrackPoints::PointOf(std::span<const Track::Sight* const> sights,
                                                     const SurveyState& state) const {
   struct Eye {
     const SE3* cam_from_world;

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "deepuav/survey/survey_options.h"
 #include "deepuav/survey/survey_state.h"
@@ -42,7 +42,7 @@ class TrackPoints {
   bool Agrees(const Eigen::Vector3d& point, const Track::Sight& sight,
               const SurveyState& state) const;
   bool Triangulate(size_t track, SurveyState* state) const;
-  std::optional<Eigen::Vector3d> PointOf(const std::vector<const Track::Sight*>& sights,
+  std::optional<Eigen::Vector3d> PointOf(std::span<const Track::Sight* const> sights,
                                          const SurveyState& state) const;
   int JudgeTrack(size_t track, SurveyState* state) const;
   int ForAllTracks(const std::function<int(size_t)>& count) const;
