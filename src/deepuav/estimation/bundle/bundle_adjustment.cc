@@ -148,7 +148,16 @@ double SquaredError(const BundleObservation& observation, const BundleState& sta
 
 bool IsOutlier(double squared_error, double chi_square) { return !(squared_error <= chi_square); }
 
-constexpr double kHoldsTheGauge = 1e-9;
+/// As little as the numbers allow: landmarks without parallax, as those that a hover saw, leave
+/// hardly a system at all.
+bool SolveHoldingTheGauge(const BundleLinearisation& linearisation, ReducedCameraSystem* system,
+                          BundleStep* step) {
+  constexpr double kLeastDamping = 1e-9, kMostDamping = 1e-5;
+  for (double damping = kLeastDamping; damping <= kMostDamping; damping *= 10) {
+    if (system->Solve(linearisation, damping, step)) return true;
+  }
+  return false;
+}
 
 /// Of the inliers' errors, over what is stated of them; nothing where nothing is left to tell it.
 std::optional<double> NoiseVariance(const BundleProblem& problem, const BundleStructure& structure,
@@ -218,7 +227,7 @@ std::optional<CalibrationSigmas> EstimateCalibrationSigmas(const BundleProblem& 
   }
   ReducedCameraSystem system(structure);
   BundleStep step;
-  if (!system.Solve(linearisation, kHoldsTheGauge, &step)) return std::nullopt;
+  if (!SolveHoldingTheGauge(linearisation, &system, &step)) return std::nullopt;
 
   const std::optional<double> variance = NoiseVariance(problem, structure, state, options);
   if (!variance) return std::nullopt;
@@ -250,7 +259,7 @@ std::optional<std::vector<Matrix6d>> EstimateCameraCovariances(const BundleProbl
   linearisation.Compute(structure, state, HuberLoss{options.chi_square}, RefinedCalibration{});
   ReducedCameraSystem system(structure);
   BundleStep step;
-  if (!system.Solve(linearisation, kHoldsTheGauge, &step)) return std::nullopt;
+  if (!SolveHoldingTheGauge(linearisation, &system, &step)) return std::nullopt;
   std::vector<Matrix6d> covariances(problem.cam_from_world.size(), Matrix6d::Zero());
   const std::vector<Matrix6d> of_free = system.CameraCovariances();
   for (int i = 0; i < structure.free_cameras(); ++i) {

@@ -161,6 +161,39 @@ TEST(EstimateCalibrationSigmas, OfWhatIsNotRefinedAreNone) {
   EXPECT_FALSE(EstimateCalibrationSigmas(problem, Precise()));
 }
 
+/// As a drone that hovers and turns sees it.
+TEST(EstimateCalibrationSigmas, StandLandmarksWithoutParallaxBesideThoseThatTell) {
+  SyntheticWorld world = OrbitWorld(21, 8, 150);
+  const SE3 hover = world.cam_from_world.front();
+  Random random(23);
+  for (int i = 1; i <= 30; ++i) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY()));
+    const Eigen::Vector3d sway = 1e-3 * RandomDirection(&random);
+    world.cam_from_world.push_back(SE3(turn, sway) * hover);
+  }
+  BundleProblem problem = MakeBundleProblem(world, {0.5, 0}, &random);
+  // Most landmarks are seen by those alone that stand and turn.
+  std::erase_if(problem.observations, [](const BundleObservation& observation) {
+    return observation.landmark % 5 != 0 && observation.camera < 8;
+  });
+  BundleOptions options = Precise();
+  options.refine_focal = options.refine_radial = true;
+  options.focal_sigma = options.k1_sigma = options.k2_sigma = 10;
+  AdjustBundle(&problem, options);
+  std::fill(problem.camera_fixed.begin() + 1, problem.camera_fixed.end(), 0);
+  // How far away they are nothing tells.
+  const Eigen::Vector3d centre = hover.InverseTranslation();
+  for (size_t i = 0; i < problem.landmarks_world.size(); ++i) {
+    if (i % 5 == 0) continue;
+    Eigen::Vector3d& landmark = problem.landmarks_world[i];
+    landmark = centre + 1e4 * (landmark - centre);
+  }
+  const auto sigmas = EstimateCalibrationSigmas(problem, options);
+  ASSERT_TRUE(sigmas);
+  EXPECT_GT(sigmas->focal, 1e-4);
+  EXPECT_LT(sigmas->focal, 0.02);
+}
+
 TEST(AdjustBundle, WhatTheViewsDoNotTellOfTheLensStaysWithThePrior) {
   // Two views leave the bend to be traded against the landmarks.
   const SyntheticWorld world = OrbitWorld(23, 2, 60);
