@@ -122,5 +122,25 @@ TEST_F(SurveyDegenerateTest, PhotographsFromOnePlaceWithAnUnknownLensLeaveNoEmpt
   ExpectWhole(outcome, poses.size());
 }
 
+/// What the first ones are taken not to tell, all of them do, without patches that say how well.
+TEST_F(SurveyDegenerateTest, AllTellTheFocalLengthThatTheFirstOnesDidNot) {
+  std::vector<SE3> poses;
+  for (const SE3& pose : SurveyPath(3, 5, 12, kHeightM))
+    poses.push_back(Perturbed(pose, 3, 0.2, &random_));
+  Camera guessed = world_.camera();
+  guessed.pinhole.fx = guessed.pinhole.fy = 1.05 * guessed.pinhole.fx;
+  SurveyOptions options;
+  options.sequence_neighbours = 100;
+  // It is held then.
+  options.focal_agreement = 1;
+  options.focal_rival_support = options.held_focal_support = 0.01;
+  constexpr double kFocalSigma = 0.3;
+  const SurveyOutcome outcome =
+      SurveyMapper(guessed, kFocalSigma, options, {&matcher_}, nullptr).Run(Photographs(poses));
+  ASSERT_TRUE(outcome.lens);
+  EXPECT_TRUE(outcome.lens->is_focal_told);
+  EXPECT_NEAR(outcome.camera.pinhole.fx / world_.camera().pinhole.fx, 1, 0.01);
+}
+
 }  // namespace
 }  // namespace deepuav

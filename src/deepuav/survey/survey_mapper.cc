@@ -1,5 +1,6 @@
 #include "deepuav/survey/survey_mapper.h"
 
+#include <algorithm>
 #include <tuple>
 #include <utility>
 
@@ -116,8 +117,15 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
   return built;
 }
 
-/// All photographs may tell the focal length that the first ones did not. Nothing where a rest
-/// stays unexplained: it would take that on.
+/// Whether the focal length is more than what takes on a rest that stays unexplained.
+bool SurveyMapper::TellsFocal(const BuiltSurvey& built) const {
+  if (built.state.lens.is_refined_wholly) return true;
+  const auto lens = DescribeLens(built.tracks, built.px, options_, built.state);
+  const double rest = std::max(1.0, built.state.model_sigma_px / options_.max_model_sigma_px);
+  return lens && rest * lens->sigmas.focal <= options_.max_lens_sigma;
+}
+
+/// All photographs may tell the focal length that the first ones did not.
 std::optional<BuiltSurvey> SurveyMapper::FreeFocal(const std::set<int>& taken,
                                                    const std::vector<MatchedPair>& pairs,
                                                    const SurveySharpening& sharpening,
@@ -127,7 +135,7 @@ std::optional<BuiltSurvey> SurveyMapper::FreeFocal(const std::set<int>& taken,
   GrowFurther(taken, pairs, stop, &built);
   sharpening.KeepLensOneToOne(stop, &built);
   sharpening.Sharpen(stop, &built);
-  const bool is_told = built.state.lens.is_refined_wholly;
+  const bool is_told = TellsFocal(built);
   Log().debug("all photographs {} the focal length: {:.0f} px", is_told ? "tell" : "don't tell",
               built.state.lens.camera.pinhole.fx);
   return is_told ? std::optional(std::move(built)) : std::nullopt;

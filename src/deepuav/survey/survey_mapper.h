@@ -80,6 +80,7 @@ class SurveyMapper {
                              const std::function<bool()>& stop, BuiltSurvey* built);
   void GrowFurther(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
                    const std::function<bool()>& stop, BuiltSurvey* built);
+  bool TellsFocal(const BuiltSurvey& built) const;
   std::optional<BuiltSurvey> FreeFocal(const std::set<int>& taken,
                                        const std::vector<MatchedPair>& pairs,
                                        const SurveySharpening& sharpening,

@@ -94,6 +94,10 @@ bool SurveySharpening::RefineWholly(const std::function<bool()>& stop, BuiltSurv
   AdjustMeasured(stop, &whole);
   if (whole.state.model_sigma_px > options_.max_model_sigma_px) return false;
   const auto lens = DescribeLens(whole.tracks, whole.px, options_, whole.state);
+  if (lens) {
+    Log().debug("all of the lens: focal length to {:.2f} %, centre to {:.2f} %",
+                100 * lens->sigmas.focal, 100 * lens->sigmas.centre);
+  }
   const double limit = options_.max_lens_sigma;
   if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return false;
   *built = std::move(whole);
