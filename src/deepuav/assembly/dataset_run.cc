@@ -58,7 +58,7 @@ DatasetRun::DatasetRun(DatasetRequest request, std::unique_ptr<RunSettings> sett
       dataset_(Open(request_, options_.images)),
       images_(dataset_.get(), request_.range),
       sensors_(ReadSensorsUsed(request_.use, *dataset_)) {
-  if (dataset_->CalibrationIsApproximate()) options_.system.refine_focal = true;
+  if (dataset_->CalibrationIsApproximate()) MendLensAtEnd(&options_.system);
 }
 
 DatasetRun::~DatasetRun() = default;
@@ -78,7 +78,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   std::optional<SampleCalibration> sample;
   if (!loaded && !is_survey) sample = CalibrateFromSample(dataset_.get(), options_, hooks.stop);
   if (sample) {
-    options_.system.refine_focal = false;
+    MendLensAtEnd(sample->lens, &options_.system);
     lens_ = sample->lens;
   }
   const Camera camera = loaded ? loaded->camera : sample ? sample->camera : dataset_->camera();
@@ -146,18 +146,15 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
   if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result)) {
     const std::map<Timestamp, ReadoutMotion> known = pass.result.image_turns;
     pass = PassAnew(camera, std::move(pass), hooks);
-    // The map may have begun where the first one had lost its images.
-    if (TellsMoreTurns(known, pass.result)) pass = PassAnew(camera, std::move(pass), hooks);
+    // The map may have begun where the first one had lost its images, and a lens that was far off
+    // is found by halves.
+    if (TellsMoreTurns(known, pass.result) || WasLensOff(pass.result))
+      pass = PassAnew(camera, std::move(pass), hooks);
   }
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
   run->camera = pass.camera;
-  if (run->result.lens) lens_ = RefinedLens{*run->result.lens, 0};
-  if (run->result.readout) {
-    if (!lens_) lens_.emplace();
-    lens_->readout_s = run->camera.readout_s;
-    lens_->sigmas.readout_s = run->result.readout->sigma_s;
-  }
+  lens_ = RefinedBy(run->result, run->camera, lens_);
 }
 
 DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions& options,
@@ -185,9 +182,15 @@ bool DatasetRun::WasSpoilt(const SlamResult& result) const {
   const auto& readout = result.readout;
   if (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share)
     return true;
+  if (WasLensOff(result)) return true;
   if (result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share) return true;
   return !result.image_fixed.empty() &&
          result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
+}
+
+bool DatasetRun::WasLensOff(const SlamResult& result) const {
+  if (result.stopped || !result.failure.empty()) return false;
+  return result.lens_shift_px >= options_.system.mapping.lens.begin_anew_px;
 }
 
 bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
@@ -207,9 +210,12 @@ DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const R
   if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;
   const bool tells_readout = spoilt.result.readout.has_value();
-  knowing.mapping.readout.refine_known = tells_readout;
-  // What else a map says of its camera that writing or turns have bent is not to be relied on.
-  const bool knows_lens = tells_readout && spoilt.result.image_turns.empty();
+  knowing.mapping.readout.refine_known |= tells_readout;
+  // What else a map says of its camera that writing or turns have bent is not to be relied on,
+  // but beside what few images told.
+  const bool tells_lens = tells_readout || WasLensOff(spoilt.result);
+  const bool knows_lens =
+      options_.system.mapping.lens.whole || (tells_lens && spoilt.result.image_turns.empty());
   Camera known = knows_lens ? spoilt.camera : camera;
   known.readout_s = spoilt.camera.readout_s;
   Eyes eyes(known, options_);

@@ -64,9 +64,11 @@ class DatasetRun {
                 const ImageRegion& left_out = {});
   /// Whether the map was made without what the pass found out by its end.
   bool WasSpoilt(const SlamResult& result) const;
-  /// Once more, without what `spoilt` left out; with the camera that it ended with where that tells
-  /// a readout, else with the one it began with. `spoilt` itself where that ends early.
+  /// Once more, without what `spoilt` left out; with the camera that it ended with where that is
+  /// to be relied on, else with the one it began with. `spoilt` itself where that ends early.
   Pass PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks);
+  /// Whether the map was made with a lens that is not that of its images.
+  bool WasLensOff(const SlamResult& result) const;
   /// Whether a run begun anew told turns of images that the first one did not.
   bool TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
                       const SlamResult& result) const;

@@ -37,6 +37,22 @@ std::string ReadoutComment(const RefinedLens& lens) {
 
 }  // namespace
 
+std::optional<RefinedLens> RefinedBy(const SlamResult& result, const Camera& camera,
+                                     const std::optional<RefinedLens>& before) {
+  std::optional<RefinedLens> lens = before;
+  if (result.lens) {
+    const double readout_sigma_s = before ? before->sigmas.readout_s : 0;
+    lens = RefinedLens{*result.lens, before ? before->readout_s : 0};
+    lens->sigmas.readout_s = readout_sigma_s;
+  }
+  if (result.readout) {
+    if (!lens) lens.emplace();
+    lens->readout_s = camera.readout_s;
+    lens->sigmas.readout_s = result.readout->sigma_s;
+  }
+  return lens;
+}
+
 FoundCalibration DescribeCalibration(const Camera& stored, const std::string& source,
                                      const Camera& camera, const std::optional<RefinedLens>& lens) {
   return {ScaledCamera(camera, stored.width, stored.height), source, stored.pinhole.fx, lens};

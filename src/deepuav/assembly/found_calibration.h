@@ -5,6 +5,7 @@
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/survey/survey_adjustment.h"
+#include "deepuav/system/slam_result.h"
 
 namespace deepuav {
 
@@ -15,6 +16,11 @@ struct FoundCalibration {
   double start_focal_px = 0;
   std::optional<RefinedLens> lens;  ///< Where it was refined.
 };
+
+/// How well the lens is known after a run in order of time, where it was told from images before
+/// (`before`) or the run found any of it. `camera` is as the run left it.
+std::optional<RefinedLens> RefinedBy(const SlamResult& result, const Camera& camera,
+                                     const std::optional<RefinedLens>& before);
 
 /// `camera` is the working camera as the run left it, `stored` that of the images as they are
 /// stored, before the run; `source` says where that is from.

@@ -15,6 +15,38 @@ FoundCalibration Found(const RefinedLens& lens) {
   return DescribeCalibration(camera, "a guess", camera, lens);
 }
 
+TEST(RefinedBy, KeepsWhatARunDoesNotTell) {
+  SlamResult result;
+  Camera camera;
+  camera.readout_s = 0.019;
+  EXPECT_FALSE(RefinedBy(result, camera, std::nullopt));
+  RefinedLens before;
+  before.readout_s = 0.021;
+  before.sigmas = {.focal = 0.01, .k1 = 0.02, .readout_s = 0.002};
+  EXPECT_EQ(RefinedBy(result, camera, before)->sigmas.focal, 0.01);
+  result.lens = CalibrationSigmas{.focal = 0.001, .k1 = 0.002};
+  const auto by_lens = RefinedBy(result, camera, before);
+  EXPECT_EQ(by_lens->sigmas.focal, 0.001);
+  EXPECT_EQ(by_lens->readout_s, 0.021);
+  EXPECT_EQ(by_lens->sigmas.readout_s, 0.002);
+  result.readout = FoundReadout{.change_s = -0.002, .sigma_s = 0.0001};
+  const auto by_both = RefinedBy(result, camera, before);
+  EXPECT_EQ(by_both->sigmas.k1, 0.002);
+  EXPECT_EQ(by_both->readout_s, 0.019);
+  EXPECT_EQ(by_both->sigmas.readout_s, 0.0001);
+}
+
+TEST(RefinedBy, AReadoutAloneIsALensToTellOf) {
+  SlamResult result;
+  result.readout = FoundReadout{.change_s = 0.02, .sigma_s = 0.0001};
+  Camera camera;
+  camera.readout_s = 0.02;
+  const auto lens = RefinedBy(result, camera, std::nullopt);
+  ASSERT_TRUE(lens);
+  EXPECT_EQ(lens->readout_s, 0.02);
+  EXPECT_EQ(lens->sigmas.focal, 0);
+}
+
 TEST(CalibrationText, SaysHowWellTheFocalLengthIsKnown) {
   RefinedLens lens;
   lens.sigmas.focal = 0.00012;

@@ -60,7 +60,7 @@ LiveRun::LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings)
   push_.kind = "live";
   OpenSource();
   push_.source = source_->Name();
-  if (push_.calibration.focal_sigma > 0) settings_->options.system.refine_focal = true;
+  if (push_.calibration.focal_sigma > 0) MendLensAtEnd(&settings_->options.system);
 }
 
 LiveRun::~LiveRun() = default;
@@ -169,7 +169,7 @@ void LiveRun::LearnLens(const LiveHooks& hooks) {
   push_.camera.rate_hz = rate_hz;
   push_.calibration.focal_sigma = 0;
   push_.lens = found->lens;
-  settings_->options.system.refine_focal = false;
+  MendLensAtEnd(found->lens, &settings_->options.system);
 }
 
 LiveFacts LiveRun::Facts() const {

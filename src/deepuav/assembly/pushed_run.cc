@@ -203,7 +203,8 @@ FinishedRun PushedRun::Finish() {
   run_.atlas = slam_->TakeAtlas();
   run_.camera = slam_->camera();
   run_.facts.calibration =
-      DescribeCalibration(request_.camera, request_.calibration.text, run_.camera, request_.lens);
+      DescribeCalibration(request_.camera, request_.calibration.text, run_.camera,
+                          RefinedBy(run_.result, run_.camera, request_.lens));
   return std::move(run_);
 }
 

@@ -14,6 +14,10 @@ namespace {
 /// What is known better, as a calibration, is held while a map is made; the lens of what is known
 /// less, as of approximate values by hand, is not known at all.
 constexpr double kGuessSigma = 0.05;
+/// A shutter that takes longer rolls.
+constexpr double kRollingS = 0.008;
+/// What a sample's lens errs by, over its standard deviations.
+constexpr double kSampleTrust = 2;
 /// The lens counts if the map holds this share of them and tells the focal length so well.
 constexpr double kMinShare = 0.5, kMaxFocalSigma = 0.05;
 
@@ -49,6 +53,23 @@ std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, doubl
   Log().info("focal length found from {} images: {:.1f} px of {} px across", located,
              survey.outcome.camera.pinhole.fx, survey.outcome.camera.width);
   return SampleCalibration{survey.outcome.camera, *lens};
+}
+
+void MendLensAtEnd(SystemOptions* options) {
+  options->refine_focal = false;
+  options->mapping.lens.whole = true;
+  options->mapping.readout.refine_known = true;
+}
+
+void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options) {
+  MendLensAtEnd(options);
+  // What a sample could not explain, as how the camera turned while its rows were read, leaves the
+  // centre unrefined, or bends the lens.
+  const bool explains_all = sample.sigmas.centre > 0 && sample.sigmas.focal > 0;
+  if (!explains_all || sample.readout_s > kRollingS) return;
+  LensSearchOptions& lens = options->mapping.lens;
+  lens.focal_sigma = std::min(lens.focal_sigma, kSampleTrust * sample.sigmas.focal);
+  lens.centre_sigma = std::min(lens.centre_sigma, kSampleTrust * sample.sigmas.centre);
 }
 
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,

@@ -30,6 +30,12 @@ std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, doubl
                                                      const RunOptions& options, ImageSource* images,
                                                      const std::function<bool()>& stop);
 
+/// Has a run whose lens is no more than a guess mend all of it at its end, by all images.
+void MendLensAtEnd(SystemOptions* options);
+
+/// The same, of one that a sample told: as far as that knew all of it, it counts beside them.
+void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options);
+
 /// The lens of a dataset whose calibration is no more than a guess, by images from its middle;
 /// nothing for a better source, and where these do not tell it.
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,

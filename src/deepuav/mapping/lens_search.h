@@ -10,17 +10,22 @@
 namespace deepuav {
 
 /// How far a calibration is trusted, and when what a map says against it counts. Only its radial
-/// distortion is searched for: focal length and centre take up what else does not fit, such as a
-/// shutter's readout.
+/// distortion is searched for, as focal length and centre take up what else does not fit, such as a
+/// shutter's readout; but for one that a few images told, of which all may be off.
 struct LensSearchOptions {
   bool enabled = true;
-  double radial_sigma = 0.05;    ///< Of a calibration's k1 and k2.
-  int min_keyframes = 20;        ///< In the map.
-  double min_cost_share = 0.03;  ///< By which the map's errors must fall...
+  double radial_sigma = 0.05;       ///< Of a calibration's k1 and k2.
+  bool whole = false;               ///< Searches for all of the lens.
+  double focal_sigma = 0.05;        ///< Of the focal length then, over itself...
+  double centre_sigma = 0.01;       ///< ...of the principal point, over the focal length...
+  double tangential_sigma = 0.003;  ///< ...and of p1 and p2.
+  int min_keyframes = 20;           ///< In the map.
+  double min_cost_share = 0.03;     ///< By which the map's errors must fall...
   double min_later_share =
       0.0001;  ///< ...and do in each round after: a calibration found wrong is none to stay near.
   double max_error_px = 0.1;  ///< Of the corrected calibration's lens model, root mean square.
   int max_rounds = 10;        ///< Searches, each in the map that the last one's lens gives.
+  double begin_anew_px = 2;   ///< Correction in the mean of the image by which the map was spoilt.
 
   void Check() const;
   template <typename Visitor>
@@ -29,6 +34,15 @@ struct LensSearchOptions {
           "correct the distortion of a calibration that a map contradicts, at the end of a run");
     visit("radial_sigma", radial_sigma, "", "standard deviation of a calibration's k1 and k2",
           Above(0, 100));
+    visit("whole", whole, "",
+          "correct all of the lens, by any share of the errors, as of one that a few images told");
+    visit("focal_sigma", focal_sigma, "",
+          "standard deviation of such a focal length, as a share of it", Above(0, 10));
+    visit("centre_sigma", centre_sigma, "",
+          "standard deviation of such a principal point, as a share of the focal length",
+          Above(0, 1));
+    visit("tangential_sigma", tangential_sigma, "", "standard deviation of such p1 and p2",
+          Above(0, 1));
     visit("min_keyframes", min_keyframes, "", "keyframes of a map that may contradict",
           Between(2, 1'000'000));
     visit("min_cost_share", min_cost_share, "",
@@ -42,6 +56,10 @@ struct LensSearchOptions {
           Above(0, 100));
     visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives",
           Between(1, 100));
+    visit("begin_anew_px", begin_anew_px, "px",
+          "correction in the mean of the image from which on a dataset is run once more with it "
+          "from its first image on",
+          Above(0, 1e6));
   }
 };
 
@@ -51,6 +69,20 @@ struct FoundLens {
   CalibrationSigmas sigmas;
   double cost_share = 0;  ///< Of the map's errors that it saves.
 };
+
+/// How a map of undistorted pixels is adjusted with its lens free, as far as it is searched for.
+BundleOptions FreeingTheLens(BundleOptions bundle, const LensSearchOptions& options);
+
+/// Whether all of a lens can be searched for: of Brown's model without k3.
+bool IsWhollySearchable(const Camera& camera);
+
+/// All of the lens that took the images under which what was observed fits best, as FindLens.
+/// `camera` must be wholly searchable; `told` is what the priors of focal length and principal
+/// point are about.
+std::optional<FoundLens> FindWholeLens(const Map& map, const Camera& camera, const Pinhole& told,
+                                       const BundleOptions& bundle,
+                                       const LensSearchOptions& options,
+                                       const std::function<bool()>& stop = nullptr);
 
 /// The distortion under which the observations of an adjusted map fit best, poses and landmarks
 /// free; they are left as they are. Nothing where `pinhole` alone is about as good.

@@ -84,5 +84,77 @@ TEST(FindLens, OfAnEmptyMapIsNothing) {
   EXPECT_FALSE(FindLens(Map(MapId{0}), SyntheticWorld().pinhole, kBundle, {.min_keyframes = 2}));
 }
 
+/// What a camera of this calibration makes of images that another lens took.
+SyntheticMap MapOfImages(const Camera& took, const Camera& calibrated) {
+  Random random(5);
+  SyntheticWorld geometry;
+  geometry.landmarks_world = LandmarksInBox(400, {-4, -4, -3}, {4, 4, 3}, &random);
+  geometry.pinhole = took.pinhole;
+  const FeatureWorld world(geometry, 6);
+  SyntheticMap made = MakeTrueMap(world, OrbitPath(24, {0, 0, 0}, 12, 3, 2.5), kNoise, &random);
+  made.map.MovePixels([&](const Eigen::Vector2f& px) -> Eigen::Vector2f {
+    const auto image_px = took.Distort(took.pinhole.Unproject(px.cast<double>()));
+    const auto seen = image_px ? calibrated.Undistort(*image_px) : std::nullopt;
+    return seen ? Eigen::Vector2f(seen->cast<float>()) : px;
+  });
+  Pinhole pinhole = calibrated.pinhole;
+  AdjustMap(&made.map, &pinhole, kBundle, {});
+  return made;
+}
+
+Camera Through(double focal_factor, double centre_shift_px, double k1) {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.pinhole = SyntheticWorld().pinhole;
+  camera.pinhole.fx *= focal_factor;
+  camera.pinhole.fy *= focal_factor;
+  camera.pinhole.cx += centre_shift_px;
+  camera.lens = LensModel::kRadialTangential;
+  camera.distortion = {k1, 0.01, 0.0002, 0};
+  return camera;
+}
+
+TEST(FindWholeLens, FindsFocalLengthCentreAndDistortion) {
+  const Camera took = Through(1, 0, -0.1), calibrated = Through(1.02, 4, -0.06);
+  const SyntheticMap made = MapOfImages(took, calibrated);
+  const auto found = FindWholeLens(made.map, calibrated, calibrated.pinhole, kBundle, {});
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->cost_share, LensSearchOptions().min_cost_share);
+  EXPECT_NEAR(found->camera.pinhole.fx / took.pinhole.fx, 1, 0.007);
+  EXPECT_NEAR(found->camera.pinhole.cx, took.pinhole.cx, 1.5);
+  EXPECT_NEAR(found->camera.k1, -0.1, 0.015);
+  EXPECT_GT(found->sigmas.focal, 0);
+  EXPECT_GT(found->sigmas.centre, 0);
+  EXPECT_LT(found->sigmas.focal, 0.005);
+}
+
+TEST(FindWholeLens, LeavesALensThatFits) {
+  const Camera camera = Through(1, 0, -0.1);
+  EXPECT_FALSE(FindWholeLens(MapOfImages(camera, camera).map, camera, camera.pinhole, kBundle, {}));
+}
+
+TEST(FindWholeLens, NeedsKeyframesAndTime) {
+  const Camera took = Through(1, 0, -0.1), calibrated = Through(1.02, 4, -0.06);
+  const SyntheticMap made = MapOfImages(took, calibrated);
+  EXPECT_FALSE(
+      FindWholeLens(made.map, calibrated, calibrated.pinhole, kBundle, {.min_keyframes = 100}));
+  EXPECT_FALSE(
+      FindWholeLens(made.map, calibrated, calibrated.pinhole, kBundle, {}, [] { return true; }));
+}
+
+TEST(IsWhollySearchable, AreBrownsLensesWithoutTheThirdRadial) {
+  Camera camera = Through(1, 0, -0.1);
+  EXPECT_TRUE(IsWhollySearchable(camera));
+  camera.distortion.push_back(0.01);
+  EXPECT_FALSE(IsWhollySearchable(camera));
+  camera.lens = LensModel::kEquidistant;
+  camera.distortion.resize(4);
+  EXPECT_FALSE(IsWhollySearchable(camera));
+  camera.lens = LensModel::kPinhole;
+  camera.distortion.clear();
+  EXPECT_TRUE(IsWhollySearchable(camera));
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -18,6 +18,7 @@ void MappingOptions::Check() const {
 Mapper::Mapper(const Camera& camera, const MappingOptions& options, Atlas* atlas,
                StageListener* stages, Matcher* learned)
     : camera_(camera),
+      told_pinhole_(camera.pinhole),
       options_(options),
       atlas_(atlas),
       stages_(stages),
@@ -271,15 +272,21 @@ std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,
   const StageScope stage(stages_, "search lens");
   LensSearchOptions options = options_.lens;
   options.min_cost_share = min_cost_share;
-  return FindLens(atlas_->At(map), camera_.pinhole, options_.global_bundle, options, stop);
+  const Map& searched = atlas_->At(map);
+  if (SearchesWholeLens())
+    return FindWholeLens(searched, camera_, told_pinhole_, options_.global_bundle, options, stop);
+  return FindLens(searched, camera_.pinhole, options_.global_bundle, options, stop);
 }
 
 std::optional<FoundReadout> Mapper::SearchReadout(
     MapId map, const std::map<KeyframeId, ReadoutMotion>& motion_per_s,
     const std::function<bool()>& stop) const {
   const StageScope stage(stages_, "search readout");
-  return FindReadout(atlas_->At(map), camera_, motion_per_s, options_.global_bundle,
-                     options_.readout, stop);
+  // What is wrong with a lens that few images told would else be taken for a readout.
+  const BundleOptions bundle = SearchesWholeLens()
+                                   ? FreeingTheLens(options_.global_bundle, options_.lens)
+                                   : options_.global_bundle;
+  return FindReadout(atlas_->At(map), camera_, motion_per_s, bundle, options_.readout, stop);
 }
 
 void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {

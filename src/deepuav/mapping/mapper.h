@@ -135,8 +135,10 @@ class Mapper {
   /// Gives keyframes of a map other poses and observations: deepuav::Relocate.
   void Relocate(MapId map, const std::vector<KeyframeRelocation>& relocations);
 
-  /// What a map that was adjusted says of a calibration that does not fit: FindLens, with another
-  /// least share of the errors that it must save.
+  /// Whether all of the lens is searched for: FindWholeLens, else FindLens.
+  bool SearchesWholeLens() const { return options_.lens.whole && IsWhollySearchable(camera_); }
+  /// What a map that was adjusted says of a calibration that does not fit, with another least share
+  /// of the errors that it must save.
   std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,
                                       const std::function<bool()>& stop = nullptr) const;
   /// What a map that was adjusted says of how long its camera takes to read an image: FindReadout.
@@ -180,6 +182,7 @@ class Mapper {
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
 
   Camera camera_;
+  const Pinhole told_pinhole_;  ///< Before anything was found of it.
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;

@@ -91,5 +91,25 @@ TEST(Slam, LeavesACalibrationThatFitsAsItIs) {
   EXPECT_EQ(run.slam->camera().lens, LensModel::kPinhole);
 }
 
+TEST(Slam, MendsAllOfALensThatIsNoMoreThanAGuess) {
+  constexpr double kK1 = -0.03;
+  SyntheticFlight flight = Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), kK1);
+  const Pinhole true_pinhole = flight.camera.pinhole;
+  // Pixels of a camera without lens do not depend on what is known of it.
+  flight.camera.pinhole.fx = flight.camera.pinhole.fy = 1.04 * true_pinhole.fx;
+  flight.camera.pinhole.cx += 2;
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  const Outcome plain = Fly(flight, Schedule::kSequential, options);
+  options.mapping.lens.whole = true;
+  const Outcome mended = Fly(flight, Schedule::kSequential, options);
+  ASSERT_TRUE(mended.result.lens);
+  EXPECT_GT(mended.result.lens_shift_px, 2);
+  const Camera& camera = mended.slam->camera();
+  EXPECT_NEAR(camera.pinhole.fx / true_pinhole.fx, 1, 0.01);
+  EXPECT_NEAR(camera.distortion[0], kK1, 0.3 * std::abs(kK1));
+  EXPECT_LT(PathError(mended.result, flight), 0.5 * PathError(plain.result, flight));
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -31,7 +31,8 @@ struct SlamResult {
   std::map<MapId, InertialAttempt> inertial;  ///< Of each map, where there were samples.
   std::map<MapId, GeoreferenceReport> georeferences;  ///< Of each map, where there were fixes.
   MapCovariances covariances;                         ///< Of the keyframes, in the end.
-  std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it.
+  std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it...
+  double lens_shift_px = 0;                           ///< ...by so much, in the mean of the image.
   std::optional<FoundReadout> readout;                ///< Where nobody told it and the images do.
   /// How the camera turned while its rolling shutter read each image, where only the images tell.
   std::map<Timestamp, ReadoutMotion> image_turns;

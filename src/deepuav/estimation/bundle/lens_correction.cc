@@ -33,6 +33,12 @@ std::vector<SeenRay> RaysOver(const Camera& calibrated, const Camera& residual) 
   return rays;
 }
 
+std::vector<SeenRay> RaysOver(const Camera& camera) {
+  Camera none;
+  none.pinhole = camera.pinhole;
+  return RaysOver(camera, none);
+}
+
 Eigen::VectorXd ParametersOf(const Camera& camera) {
   const auto coefficients = static_cast<Eigen::Index>(camera.distortion.size());
   Eigen::VectorXd parameters(4 + coefficients);
@@ -135,7 +141,25 @@ std::optional<LensCorrection> LensCorrection::Of(const Camera& calibrated,
   return correction;
 }
 
+std::optional<LensCorrection> LensCorrection::To(const BundleCamera& lens,
+                                                 const Camera& calibrated) {
+  LensCorrection correction;
+  Camera& camera = correction.camera_ = calibrated;
+  const Camera found = ResidualCamera(lens);
+  camera.pinhole = found.pinhole;
+  camera.lens = found.lens;
+  camera.distortion = found.distortion;
+  if (!IsPossible(camera)) return std::nullopt;
+  correction.calibrated_ = calibrated;
+  correction.mean_shift_px_ = MeanErrorPx(calibrated, RaysOver(camera));
+  return correction;
+}
+
 Eigen::Vector2d LensCorrection::Correct(const Eigen::Vector2d& px) const {
+  if (calibrated_) {
+    const auto image_px = calibrated_->Distort(calibrated_->pinhole.Unproject(px));
+    return (image_px ? camera_.Undistort(*image_px) : std::nullopt).value_or(px);
+  }
   const auto seen = residual_.Undistort(px);
   if (!seen) return px;  // far outside of the image
   return camera_.pinhole.Project(residual_.pinhole.Unproject(*seen));

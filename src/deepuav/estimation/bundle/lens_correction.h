@@ -17,6 +17,9 @@ class LensCorrection {
   /// the image; so for all that are equidistant.
   static std::optional<LensCorrection> Of(const Camera& calibrated, const BundleCamera& taken_by,
                                           double max_error_px);
+  /// Where all of the lens was found anew, in the images as they were taken. Nothing where no
+  /// camera is like that.
+  static std::optional<LensCorrection> To(const BundleCamera& lens, const Camera& calibrated);
 
   /// In place of the calibration.
   const Camera& camera() const { return camera_; }
@@ -27,7 +30,8 @@ class LensCorrection {
 
  private:
   Camera camera_;
-  Camera residual_;  ///< Whose image the calibration's undistorted pixels are.
+  Camera residual_;  ///< Whose image the calibration's undistorted pixels are; unless there is...
+  std::optional<Camera> calibrated_;  ///< ...what the images themselves were undistorted by.
   double mean_shift_px_ = 0;
 };
 

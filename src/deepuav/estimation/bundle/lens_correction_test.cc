@@ -106,5 +106,32 @@ TEST(LensCorrection, LeavesPixelsFarOutsideWhereTheyAre) {
   EXPECT_EQ(correction->Correct(outside), outside);
 }
 
+TEST(LensCorrection, TakesPixelsFromOneLensToAnother) {
+  const Camera calibrated = Calibrated(LensModel::kRadialTangential, kEuroc);
+  BundleCamera found{calibrated.pinhole, -0.25, 0.06, 0.001, -0.002};
+  found.pinhole.fx *= 1.05;
+  found.pinhole.fy *= 1.05;
+  found.pinhole.cx += 6;
+  const auto correction = LensCorrection::To(found, calibrated);
+  ASSERT_TRUE(correction);
+  EXPECT_THAT(correction->camera().distortion, testing::ElementsAre(-0.25, 0.06, 0.001, -0.002));
+  EXPECT_EQ(correction->camera().pinhole.cx, found.pinhole.cx);
+  EXPECT_EQ(correction->camera().width, calibrated.width);
+  for (const Eigen::Vector2d& px : Grid(calibrated)) {
+    const auto before = calibrated.Undistort(px), after = correction->camera().Undistort(px);
+    ASSERT_TRUE(before && after) << px.transpose();
+    EXPECT_LT((correction->Correct(*before) - *after).norm(), 1e-6) << px.transpose();
+  }
+  EXPECT_GT(correction->MeanShiftPx(), 4);
+  const BundleCamera same{calibrated.pinhole, kEuroc[0], kEuroc[1], kEuroc[2], kEuroc[3]};
+  EXPECT_LT(LensCorrection::To(same, calibrated)->MeanShiftPx(), 1e-6);
+}
+
+TEST(LensCorrection, GoesToNoLensThatFoldsOverInTheImage) {
+  const Camera calibrated = Calibrated(LensModel::kPinhole, {});
+  const BundleCamera folding{calibrated.pinhole, -0.8, 0};
+  EXPECT_FALSE(LensCorrection::To(folding, calibrated));
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -16,27 +16,32 @@ void Apply(const LensCorrection& correction, Mapper* mapper, std::vector<FrameRe
 
 }  // namespace
 
-std::optional<CalibrationSigmas> CorrectCalibration(MapId map, const LensSearchOptions& options,
-                                                    Mapper* mapper, Camera* camera,
-                                                    std::vector<FrameRecord>* records,
-                                                    const std::function<bool()>& stop) {
-  std::optional<CalibrationSigmas> sigmas;
+std::optional<CorrectedCalibration> CorrectCalibration(MapId map, const LensSearchOptions& options,
+                                                       Mapper* mapper, Camera* camera,
+                                                       std::vector<FrameRecord>* records,
+                                                       const std::function<bool()>& stop) {
+  std::optional<CorrectedCalibration> corrected;
   // What contradicts a wrong lens most was taken for outliers while it was made: each round finds
   // less of it.
   for (int round = 0; round < options.max_rounds && !stop(); ++round) {
-    const double min_cost_share = round == 0 ? options.min_cost_share : options.min_later_share;
+    const bool is_whole = mapper->SearchesWholeLens(), is_first = round == 0 && !is_whole;
+    const double min_cost_share = is_first ? options.min_cost_share : options.min_later_share;
     const std::optional<FoundLens> found = mapper->SearchLens(map, min_cost_share, stop);
     if (!found) break;
-    const auto correction = LensCorrection::Of(*camera, found->camera, options.max_error_px);
+    const auto correction = is_whole
+                                ? LensCorrection::To(found->camera, *camera)
+                                : LensCorrection::Of(*camera, found->camera, options.max_error_px);
     if (!correction) break;
-    Log().info("the calibration's distortion is corrected by {:.2f} px, in the mean of the image",
+    Log().info("the calibration is corrected by {:.2f} px, in the mean of the image",
                correction->MeanShiftPx());
     Apply(*correction, mapper, records);
     *camera = correction->camera();
-    sigmas = found->sigmas;
+    if (!corrected) corrected.emplace();
+    corrected->sigmas = found->sigmas;
+    corrected->shift_px += correction->MeanShiftPx();
     mapper->AdjustGlobally(map, &camera->pinhole, false, stop);
   }
-  return sigmas;
+  return corrected;
 }
 
 }  // namespace deepuav

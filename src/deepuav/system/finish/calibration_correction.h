@@ -9,12 +9,16 @@
 
 namespace deepuav {
 
-/// Corrects the distortion of a calibration that a map contradicts, in `camera`, in all maps and in
-/// what the frames saw, and adjusts this map again. Standard deviations of what was found; nothing
-/// where the calibration stays.
-std::optional<CalibrationSigmas> CorrectCalibration(MapId map, const LensSearchOptions& options,
-                                                    Mapper* mapper, Camera* camera,
-                                                    std::vector<FrameRecord>* records,
-                                                    const std::function<bool()>& stop);
+struct CorrectedCalibration {
+  CalibrationSigmas sigmas;
+  double shift_px = 0;  ///< By which it was corrected, round by round, in the mean of the image.
+};
+
+/// Corrects what is searched for of a calibration that a map contradicts, in `camera`, in all maps
+/// and in what the frames saw, and adjusts this map again. Nothing where the calibration stays.
+std::optional<CorrectedCalibration> CorrectCalibration(MapId map, const LensSearchOptions& options,
+                                                       Mapper* mapper, Camera* camera,
+                                                       std::vector<FrameRecord>* records,
+                                                       const std::function<bool()>& stop);
 
 }  // namespace deepuav

@@ -56,8 +56,12 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
     StraightenStart(map, !seeks, stop, result);
     if (seeks) FindReadoutIn(map, stop, result);
     if (map == maps.front() && MayCorrectCalibration()) {
-      result->lens = CorrectCalibration(map, options_.mapping.lens, run_.mapper, run_.camera,
-                                        &result->frames, stop);
+      const auto corrected = CorrectCalibration(map, options_.mapping.lens, run_.mapper,
+                                                run_.camera, &result->frames, stop);
+      if (corrected) {
+        result->lens = corrected->sigmas;
+        result->lens_shift_px = corrected->shift_px;
+      }
     }
     if (stop()) break;
   }

@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""A sequence whose focal length is no more than guessed: `deepuav run` mends it by its images, and begins anew with it.
+
+  untold_lens_test.py DEEPUAV
+"""
+import json
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from program_under_test import TIMEOUT_S, command, main
+
+FOCAL_PX, EXCESS = 460, 1.25
+WIDTH, HEIGHT = 752, 480
+
+
+class UntoldLens(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="deepuav-untold-lens-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        os.environ["XDG_CACHE_HOME"] = str(cls.folder / "cache")
+        cls.flight = cls.folder / "flight"
+        lens = {"width": WIDTH, "height": HEIGHT, "fx": FOCAL_PX, "fy": FOCAL_PX, "cx": 381, "cy": 236,
+                "distortion": "-0.28 0.08 0 0", "rate_hz": 10}
+        options = [part for name, value in lens.items() for part in ("--set", f"camera.{name}={value}")]
+        subprocess.run(command("simulate", "--flight", "orbit", "--seed", "5", "--out", cls.flight, "--frames", "60", *options),
+                       capture_output=True, timeout=TIMEOUT_S, check=True)
+        cls.guess = cls.folder / "guess.yaml"
+        cls.guess.write_text(f"model: auto\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {EXCESS * FOCAL_PX}\n"
+                             f"fy: {EXCESS * FOCAL_PX}\ncx: {(WIDTH - 1) / 2}\ncy: {(HEIGHT - 1) / 2}\n")
+
+    def run_from_guess(self, name, *more):
+        """The focal length that the run ended with, its error in metres and what it said."""
+        out = self.folder / name
+        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", self.guess,
+                                        "--set", "mapping.lens.min_keyframes=5", *more),
+                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
+        subprocess.run(command("eval", self.flight, out / "trajectory.txt", "--json", out / "eval.json"),
+                       capture_output=True, timeout=TIMEOUT_S, check=True)
+        focal_px = float(re.search(r"^fx: (\S+)", (out / "camera.yaml").read_text(), re.MULTILINE).group(1))
+        return focal_px, json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
+
+    def test_is_found_in_a_sample_and_mended_by_all_images(self):
+        focal_px, error_m, said = self.run_from_guess("sample")
+        self.assertIn("focal length found from 30 images", said)
+        self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.005 * FOCAL_PX)
+        self.assertLess(error_m, 0.03)
+
+    def test_is_mended_where_no_sample_tells_it(self):
+        no_sample = ("--set", "survey.min_map_views=1000")
+        focal_px, error_m, said = self.run_from_guess("mended", *no_sample)
+        self.assertIn("the images do not tell the lens", said)
+        self.assertIn("once more from the first image on", said)
+        self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.01 * FOCAL_PX)
+        self.assertLess(error_m, 0.05)
+        focal_px, error_of_guess_m, said = self.run_from_guess("guessed", *no_sample, "--set", "mapping.lens.enabled=false")
+        self.assertNotIn("once more", said)
+        self.assertAlmostEqual(focal_px, EXCESS * FOCAL_PX, delta=1)
+        self.assertGreater(error_of_guess_m, 2 * error_m)
+
+
+if __name__ == "__main__":
+    main(__doc__)
