@@ -296,8 +296,4 @@ void Mapper::ChangeCamera(const Camera& camera, const PixelMove& move) {
   atlas_->MovePixels(move);
 }
 
-void Mapper::ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge) {
-  atlas_->ChangeGauge(map, new_from_old, gauge);
-}
-
 }  // namespace deepuav

@@ -150,7 +150,9 @@ class Mapper {
   void ChangeCamera(const Camera& camera, const PixelMove& move);
 
   /// Gives a map's world another meaning: moves all of it.
-  void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge);
+  void ChangeGauge(MapId map, const Sim3& new_from_old, const Gauge& gauge) {
+    atlas_->ChangeGauge(map, new_from_old, gauge);
+  }
 
   /// Forgets a map that nothing is left of: who asks for it gets `instead`.
   void GiveUp(MapId map, MapId instead) { atlas_->GiveUp(map, instead); }
