@@ -58,7 +58,8 @@ DatasetRun::DatasetRun(DatasetRequest request, std::unique_ptr<RunSettings> sett
       dataset_(Open(request_, options_.images)),
       images_(dataset_.get(), request_.range),
       sensors_(ReadSensorsUsed(request_.use, *dataset_)) {
-  if (dataset_->CalibrationIsApproximate()) MendLensAtEnd(&options_.system);
+  if (dataset_->CalibrationIsApproximate())
+    MendLensAtEnd(dataset_->Calibration().focal_sigma, &options_.system);
 }
 
 DatasetRun::~DatasetRun() = default;
@@ -72,8 +73,7 @@ bool DatasetRun::IsSurvey() const {
 FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   std::optional<LoadedAtlas> loaded;
   if (!request_.map.empty())
-    loaded =
-        LoadMaps(request_.map, dataset_->camera(), dataset_->CalibrationIsApproximate(), &options_);
+    loaded = LoadMaps(request_.map, dataset_->camera(), dataset_->CalibrationIsApproximate());
   const bool is_survey = IsSurvey();
   std::optional<SampleCalibration> sample;
   if (!loaded && !is_survey) sample = CalibrateFromSample(dataset_.get(), options_, hooks.stop);
@@ -144,12 +144,13 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
   const bool began_in_maps = loaded.has_value();
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
   if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result)) {
+    told_pinhole_ = camera.pinhole;
     const std::map<Timestamp, ReadoutMotion> known = pass.result.image_turns;
-    pass = PassAnew(camera, std::move(pass), hooks);
     // The map may have begun where the first one had lost its images, and a lens that was far off
     // is found by halves.
-    if (TellsMoreTurns(known, pass.result) || WasLensOff(pass.result))
-      pass = PassAnew(camera, std::move(pass), hooks);
+    if (PassAnew(camera, hooks, &pass) &&
+        (TellsMoreTurns(known, pass.result) || WasLensOff(pass.result)))
+      PassAnew(camera, hooks, &pass);
   }
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
@@ -162,6 +163,7 @@ DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions&
                                       const RunHooks& hooks, const ImageRegion& left_out) {
   Slam slam(camera, options, eyes->perception());
   slam.LeaveOut(left_out);
+  if (told_pinhole_) slam.TellPinhole(*told_pinhole_);
   if (loaded) slam.Load(std::move(loaded->atlas));
   slam.UseSensors(sensors_.streams);
   slam.Observe(hooks.observer);
@@ -202,35 +204,39 @@ bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
          options_.system.image_turns.begin_again_share * images_.count();
 }
 
-DatasetRun::Pass DatasetRun::PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks) {
+bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
-  images_.KnowTurns(spoilt.result.image_turns, options_.system.image_turns.sigma_rad);
+  images_.KnowTurns(spoilt->result.image_turns, options_.system.image_turns.sigma_rad);
   if (hooks.observer) hooks.observer->OnRestart();
   if (hooks.work) hooks.work("frames", 0, images_.count());
   SystemOptions knowing = options_.system;
-  const bool tells_readout = spoilt.result.readout.has_value();
+  const bool tells_readout = spoilt->result.readout.has_value();
   knowing.mapping.readout.refine_known |= tells_readout;
   // What else a map says of its camera that writing or turns have bent is not to be relied on,
   // but beside what few images told.
-  const bool tells_lens = tells_readout || WasLensOff(spoilt.result);
+  const bool tells_lens = tells_readout || WasLensOff(spoilt->result);
   const bool knows_lens =
-      options_.system.mapping.lens.whole || (tells_lens && spoilt.result.image_turns.empty());
-  Camera known = knows_lens ? spoilt.camera : camera;
-  known.readout_s = spoilt.camera.readout_s;
+      options_.system.mapping.lens.whole || (tells_lens && spoilt->result.image_turns.empty());
+  Camera known = knows_lens ? spoilt->camera : camera;
+  known.readout_s = spoilt->camera.readout_s;
   Eyes eyes(known, options_);
-  Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt.result.image_fixed);
+  Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt->result.image_fixed);
   const bool has_map = !pass.atlas.Remaining().empty();
   if (pass.result.stopped || !pass.result.failure.empty() || !has_map) {
     Log().warn("that {}: the results are those of the first time",
                has_map ? "ended early" : "found no map");
-    spoilt.result.stopped = pass.result.stopped;
-    spoilt.result.failure = pass.result.failure;
-    return spoilt;
+    spoilt->result.stopped = pass.result.stopped;
+    spoilt->result.failure = pass.result.failure;
+    return false;
   }
-  if (!pass.result.readout) pass.result.readout = spoilt.result.readout;
-  if (!pass.result.lens && knows_lens) pass.result.lens = spoilt.result.lens;
-  return pass;
+  if (!pass.result.readout) pass.result.readout = spoilt->result.readout;
+  if (!pass.result.lens && knows_lens) pass.result.lens = spoilt->result.lens;
+  // What was known of turns need not have been measured once more.
+  pass.result.image_turns.insert(spoilt->result.image_turns.begin(),
+                                 spoilt->result.image_turns.end());
+  *spoilt = std::move(pass);
+  return true;
 }
 
 }  // namespace deepuav

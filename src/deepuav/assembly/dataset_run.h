@@ -65,8 +65,9 @@ class DatasetRun {
   /// Whether the map was made without what the pass found out by its end.
   bool WasSpoilt(const SlamResult& result) const;
   /// Once more, without what `spoilt` left out; with the camera that it ended with where that is
-  /// to be relied on, else with the one it began with. `spoilt` itself where that ends early.
-  Pass PassAnew(const Camera& camera, Pass spoilt, const RunHooks& hooks);
+  /// to be relied on, else with the one it began with. False, and `spoilt` as it is, where that
+  /// ends early.
+  bool PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt);
   /// Whether the map was made with a lens that is not that of its images.
   bool WasLensOff(const SlamResult& result) const;
   /// Whether a run begun anew told turns of images that the first one did not.
@@ -81,7 +82,8 @@ class DatasetRun {
   const std::unique_ptr<Dataset> dataset_;
   DatasetImages images_;
   SensorUse sensors_;
-  std::optional<RefinedLens> lens_;  ///< Where the images told it.
+  std::optional<RefinedLens> lens_;      ///< Where the images told it.
+  std::optional<Pinhole> told_pinhole_;  ///< Where a run that begins anew knows better.
 };
 
 }  // namespace deepuav

@@ -60,7 +60,8 @@ LiveRun::LiveRun(LiveRequest request, std::unique_ptr<RunSettings> settings)
   push_.kind = "live";
   OpenSource();
   push_.source = source_->Name();
-  if (push_.calibration.focal_sigma > 0) MendLensAtEnd(&settings_->options.system);
+  const double focal_sigma = push_.calibration.focal_sigma;
+  if (focal_sigma > 0) MendLensAtEnd(focal_sigma, &settings_->options.system);
 }
 
 LiveRun::~LiveRun() = default;

@@ -19,8 +19,7 @@ std::optional<int> DimensionOf(const Atlas& atlas) {
 
 }  // namespace
 
-LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_approximate,
-                     RunOptions* options) {
+LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_approximate) {
   LoadedAtlas loaded = ReadMapFile(file);
   const Camera& there = loaded.camera;
   if (camera.width != there.width || camera.height != there.height) {
@@ -28,7 +27,6 @@ LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_appr
                 there.height, camera.width, camera.height);
   }
   loaded.camera.readout_s = camera.readout_s;
-  if (is_approximate) options->system.refine_focal = false;
   CheckSameCamera(file, there, camera, "the dataset's", is_approximate);
   return loaded;
 }

@@ -10,10 +10,8 @@
 namespace deepuav {
 
 /// The maps of an earlier run, to be gone on with: by images of `camera`, which is known roughly
-/// only where `is_approximate`. Sets the options that go with it. Throws Error where the images
-/// were not taken with the maps' camera.
-LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_approximate,
-                     RunOptions* options);
+/// only where `is_approximate`. Throws Error where the images were not taken with the maps' camera.
+LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_approximate);
 
 /// Throws Error where descriptors cannot be compared, warns where they may differ.
 void CheckNetwork(const std::string& file, const LoadedAtlas& loaded, const Eyes& eyes);

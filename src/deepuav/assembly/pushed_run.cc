@@ -26,10 +26,9 @@ const PushRequest& Checked(const PushRequest& request, const RunOptions& options
   return request;
 }
 
-std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& working,
-                                  RunOptions* options) {
+std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& working) {
   if (request.map.empty()) return std::nullopt;
-  return LoadMaps(request.map, working, request.calibration.focal_sigma > 0, options);
+  return LoadMaps(request.map, working, request.calibration.focal_sigma > 0);
 }
 
 std::unique_ptr<RunSettings> BoundedIfLive(std::unique_ptr<RunSettings> settings,
@@ -72,8 +71,7 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
       settings_(BoundedIfLive(std::move(settings), schedule_)),
       kept_samples_(schedule_ == Schedule::kLive ? kLiveSamples : 0),
       loaded_(MapsOf(request_,
-                     WorkingCamera(request_.camera, settings_->options.images.working_pixels),
-                     &settings_->options)),
+                     WorkingCamera(request_.camera, settings_->options.images.working_pixels))),
       camera_(loaded_ ? loaded_->camera
                       : WorkingCamera(request_.camera, settings_->options.images.working_pixels)),
       eyes_(camera_, settings_->options),

@@ -55,14 +55,15 @@ std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, doubl
   return SampleCalibration{survey.outcome.camera, *lens};
 }
 
-void MendLensAtEnd(SystemOptions* options) {
+void MendLensAtEnd(double focal_sigma, SystemOptions* options) {
   options->refine_focal = false;
   options->mapping.lens.whole = true;
+  options->mapping.lens.focal_sigma = focal_sigma;
   options->mapping.readout.refine_known = true;
 }
 
 void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options) {
-  MendLensAtEnd(options);
+  MendLensAtEnd(kGuessSigma, options);
   // What a sample could not explain, as how the camera turned while its rows were read, leaves the
   // centre unrefined, or bends the lens.
   const bool explains_all = sample.sigmas.centre > 0 && sample.sigmas.focal > 0;

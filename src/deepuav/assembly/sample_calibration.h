@@ -30,8 +30,9 @@ std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, doubl
                                                      const RunOptions& options, ImageSource* images,
                                                      const std::function<bool()>& stop);
 
-/// Has a run whose lens is no more than a guess mend all of it at its end, by all images.
-void MendLensAtEnd(SystemOptions* options);
+/// Has a run whose lens is no more than a guess, its focal length known to a share of
+/// `focal_sigma`, mend all of it at its end, by all images.
+void MendLensAtEnd(double focal_sigma, SystemOptions* options);
 
 /// The same, of one that a sample told: as far as that knew all of it, it counts beside them.
 void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options);

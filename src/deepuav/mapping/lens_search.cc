@@ -45,23 +45,25 @@ void SeeAsTaken(const Camera& camera, BundleProblem* problem) {
 
 /// Adjusts as known, then with the lens free.
 std::optional<FoundLens> Search(const BundleOptions& known, const BundleOptions& freed,
-                                const Map& map, const LensSearchOptions& options,
-                                const std::function<bool()>& stop, BundleProblem* problem) {
-  const double focal_px = problem->pinhole.fx;
+                                const LensSearchOptions& options, const std::function<bool()>& stop,
+                                BundleWindow window) {
+  BundleProblem& problem = window.problem;
+  const double focal_px = problem.pinhole.fx;
   // The map was adjusted otherwise, to errors as they show themselves: that is nothing to compare.
-  const double known_cost = AdjustBundle(problem, known, stop).final_cost;
-  const double freed_cost = AdjustBundle(problem, freed, stop).final_cost;
+  const double known_cost = AdjustBundle(&problem, known, stop).final_cost;
+  const double freed_cost = AdjustBundle(&problem, freed, stop).final_cost;
   if ((stop && stop()) || !(known_cost > 0)) return std::nullopt;
   FoundLens found;
-  found.camera = {problem->pinhole, problem->k1, problem->k2, problem->p1, problem->p2, 0};
+  found.camera = {problem.pinhole, problem.k1, problem.k2, problem.p1, problem.p2, 0};
   found.cost_share = 1 - freed_cost / known_cost;
-  Log().debug("k1 {:.4f}, k2 {:.4f}, focal length {:+.3f} % save {:.2f} % of the errors of map {}",
-              problem->k1, problem->k2, 100 * (problem->pinhole.fx / focal_px - 1),
-              100 * found.cost_share, map.id().value);
+  Log().debug("k1 {:.4f}, k2 {:.4f}, focal length {:+.3f} % save {:.2f} % of a map's errors",
+              problem.k1, problem.k2, 100 * (problem.pinhole.fx / focal_px - 1),
+              100 * found.cost_share);
   if (found.cost_share < options.min_cost_share) return std::nullopt;
-  const auto sigmas = EstimateCalibrationSigmas(*problem, freed);
+  const auto sigmas = EstimateCalibrationSigmas(problem, freed);
   if (!sigmas) return std::nullopt;
   found.sigmas = *sigmas;
+  found.adjusted = std::move(window);
   return found;
 }
 
@@ -90,7 +92,8 @@ std::optional<FoundLens> FindWholeLens(const Map& map, const Camera& camera, con
                                        const LensSearchOptions& options,
                                        const std::function<bool()>& stop) {
   if (map.KeyframeCount() < options.min_keyframes) return std::nullopt;
-  BundleProblem problem = MakeBundleWindow(map, AllKeyframes(map), camera.pinhole).problem;
+  BundleWindow window = MakeBundleWindow(map, AllKeyframes(map), camera.pinhole);
+  BundleProblem& problem = window.problem;
   SeeAsTaken(camera, &problem);
   problem.focal_guess_px = told.fx;
   problem.centre_guess_px = Eigen::Vector2d(told.cx, told.cy);
@@ -100,16 +103,15 @@ std::optional<FoundLens> FindWholeLens(const Map& map, const Camera& camera, con
   const BundleOptions none;
   freed.k1_sigma = none.k1_sigma;
   freed.k2_sigma = none.k2_sigma;
-  freed.tangential_sigma = none.tangential_sigma;
-  return Search(bundle, freed, map, options, stop, &problem);
+  return Search(bundle, freed, options, stop, std::move(window));
 }
 
 std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const BundleOptions& bundle, const LensSearchOptions& options,
                                   const std::function<bool()>& stop) {
   if (map.KeyframeCount() < options.min_keyframes) return std::nullopt;
-  BundleProblem problem = MakeBundleWindow(map, AllKeyframes(map), pinhole).problem;
-  return Search(bundle, FreeingTheLens(bundle, options), map, options, stop, &problem);
+  return Search(bundle, FreeingTheLens(bundle, options), options, stop,
+                MakeBundleWindow(map, AllKeyframes(map), pinhole));
 }
 
 }  // namespace deepuav

@@ -6,6 +6,7 @@
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/estimation/bundle/bundle_camera.h"
 #include "deepuav/map/map.h"
+#include "deepuav/mapping/bundle_window.h"
 
 namespace deepuav {
 
@@ -68,6 +69,7 @@ struct FoundLens {
   BundleCamera camera;
   CalibrationSigmas sigmas;
   double cost_share = 0;  ///< Of the map's errors that it saves.
+  BundleWindow adjusted;  ///< The map as that lens has it.
 };
 
 /// How a map of undistorted pixels is adjusted with its lens free, as far as it is searched for.

@@ -102,6 +102,12 @@ SyntheticMap MapOfImages(const Camera& took, const Camera& calibrated) {
   return made;
 }
 
+Camera CameraOf(Camera camera, const BundleCamera& lens) {
+  camera.pinhole = lens.pinhole;
+  camera.distortion = {lens.k1, lens.k2, lens.p1, lens.p2};
+  return camera;
+}
+
 Camera Through(double focal_factor, double centre_shift_px, double k1) {
   Camera camera;
   camera.width = 640;
@@ -131,7 +137,37 @@ TEST(FindWholeLens, FindsFocalLengthCentreAndDistortion) {
 
 TEST(FindWholeLens, LeavesALensThatFits) {
   const Camera camera = Through(1, 0, -0.1);
-  EXPECT_FALSE(FindWholeLens(MapOfImages(camera, camera).map, camera, camera.pinhole, kBundle, {}));
+  const SyntheticMap made = MapOfImages(camera, camera);
+  EXPECT_FALSE(FindWholeLens(made.map, camera, camera.pinhole, kBundle, {}));
+  // Or to noise alone.
+  const auto found =
+      FindWholeLens(made.map, camera, camera.pinhole, kBundle, {.min_cost_share = 0});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->camera.pinhole.fx / camera.pinhole.fx, 1, 4 * found->sigmas.focal);
+  EXPECT_NEAR(found->camera.k1, camera.distortion[0], 4 * found->sigmas.k1);
+}
+
+TEST(FindWholeLens, GivesTheMapThatGoesWithIt) {
+  const Camera took = Through(1, 0, -0.1), calibrated = Through(1.02, 4, -0.06);
+  SyntheticMap made = MapOfImages(took, calibrated);
+  const auto found = FindWholeLens(made.map, calibrated, calibrated.pinhole, kBundle, {});
+  ASSERT_TRUE(found);
+  WriteBack(found->adjusted, &made.map);
+  const Camera lens = CameraOf(took, found->camera);
+  double squared_px = 0;
+  int seen = 0;
+  made.map.landmarks().ForEach([&](const Landmark& landmark) {
+    for (const Observation& observation : landmark.observations) {
+      const Keyframe& keyframe = made.map.At(observation.keyframe);
+      const auto taken_px =
+          calibrated.Distort(calibrated.pinhole.Unproject(observation.measured.px.cast<double>()));
+      const auto expected_px = lens.Distort(keyframe.cam_from_world * landmark.position_world);
+      ASSERT_TRUE(taken_px && expected_px);
+      squared_px += (*taken_px - *expected_px).squaredNorm();
+      ++seen;
+    }
+  });
+  EXPECT_LT(std::sqrt(squared_px / seen), 1);
 }
 
 TEST(FindWholeLens, NeedsKeyframesAndTime) {

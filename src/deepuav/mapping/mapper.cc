@@ -272,8 +272,9 @@ std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,
   const StageScope stage(stages_, "search lens");
   LensSearchOptions options = options_.lens;
   options.min_cost_share = min_cost_share;
+  options.whole = SearchesWholeLens();
   const Map& searched = atlas_->At(map);
-  if (SearchesWholeLens())
+  if (options.whole)
     return FindWholeLens(searched, camera_, told_pinhole_, options_.global_bundle, options, stop);
   return FindLens(searched, camera_.pinhole, options_.global_bundle, options, stop);
 }

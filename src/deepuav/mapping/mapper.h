@@ -146,6 +146,14 @@ class Mapper {
                                             const std::map<KeyframeId, ReadoutMotion>& motion_per_s,
                                             const std::function<bool()>& stop = nullptr) const;
 
+  /// What was told of the camera before an earlier run found the one that it is made for: what a
+  /// search for all of the lens holds it to.
+  void TellPinhole(const Pinhole& told) { told_pinhole_ = told; }
+  /// Gives a map the poses and landmarks that a search found with a lens, which is to be changed
+  /// to.
+  void TakeAdjusted(MapId map, const BundleWindow& adjusted) {
+    WriteBack(adjusted, &atlas_->At(map));
+  }
   /// Has all maps and what comes after be of another camera: `move` says where it sees pixels.
   void ChangeCamera(const Camera& camera, const PixelMove& move);
 
@@ -184,7 +192,7 @@ class Mapper {
   bool IsRedundant(const Keyframe& keyframe, const Map& map) const;
 
   Camera camera_;
-  const Pinhole told_pinhole_;  ///< Before anything was found of it.
+  Pinhole told_pinhole_;  ///< Before anything was found of it.
   const MappingOptions options_;
   Atlas* atlas_;
   StageListener* stages_;

@@ -87,6 +87,8 @@ std::optional<FoundReadout> FindReadout(const Map& map, const Camera& camera,
   if (static_cast<int>(motion_per_s.size()) < options.min_keyframes) return std::nullopt;
   BundleWindow window = MakeBundleWindow(map, AllKeyframes(map), camera.pinhole);
   BundleProblem& problem = window.problem;
+  problem.focal_guess_px = camera.pinhole.fx;
+  problem.centre_guess_px = Eigen::Vector2d(camera.pinhole.cx, camera.pinhole.cy);
   HoldScale(&problem);
   // The map was adjusted otherwise, to errors as they show themselves: that is nothing to compare.
   const double known_cost = AdjustBundle(&problem, bundle, stop).final_cost;

@@ -74,6 +74,9 @@ class Slam {
   /// Leaves out what is seen in this part of the images.
   void LeaveOut(const ImageRegion& region) { image_fixed_.Know(region); }
 
+  /// What was told of a lens that an earlier pass over the images has found: its own are no prior.
+  void TellPinhole(const Pinhole& told) { mapper_.TellPinhole(told); }
+
   /// `observer` (may be null) must outlive the run.
   void Observe(RunObserver* observer);
 

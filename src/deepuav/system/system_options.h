@@ -35,7 +35,7 @@ struct SystemOptions {
       5;  ///< Offline, a global bundle adjustment after a loop enters so many keyframes later.
   bool adjust_at_end = true;   ///< Global bundle adjustment before the trajectory is finished.
   bool localise_only = false;  ///< Find frames in the loaded maps and leave these as they are.
-  bool refine_focal = false;   ///< The camera's focal length is a guess, to be refined then.
+  bool refine_focal = false;   ///< Nothing but the camera's focal length is in doubt.
   int end_reference_tries =
       12;  ///< Keyframes matched to locate a frame at the end; as tracking.reference_tries.
   int max_gap_frames = 30;  ///< Unlocated frames in a row that the end tries to bridge.
@@ -90,7 +90,7 @@ struct SystemOptions {
     visit("localise_only", localise_only, "",
           "find frames in the loaded maps and leave these as they are");
     visit("refine_focal", refine_focal, "",
-          "refine the focal length in it: for calibrations that are a guess");
+          "refine the focal length in it, where nothing else of a calibration is in doubt");
     visit("end_reference_tries", end_reference_tries, "",
           "keyframes matched without prediction to locate a frame at the end", Between(1, 100));
     visit("max_gap_frames", max_gap_frames, "",

@@ -148,12 +148,14 @@ double SquaredError(const BundleObservation& observation, const BundleState& sta
 
 bool IsOutlier(double squared_error, double chi_square) { return !(squared_error <= chi_square); }
 
-/// As little as the numbers allow: landmarks without parallax, as those that a hover saw, leave
-/// hardly a system at all.
+constexpr double kHoldsTheGauge = 1e-9;
+
+/// As little more as the numbers ask for: landmarks without parallax, as those that a hover saw,
+/// leave hardly a system at all.
 bool SolveHoldingTheGauge(const BundleLinearisation& linearisation, ReducedCameraSystem* system,
                           BundleStep* step) {
-  constexpr double kLeastDamping = 1e-9, kMostDamping = 1e-5;
-  for (double damping = kLeastDamping; damping <= kMostDamping; damping *= 10) {
+  constexpr double kMostDamping = 1e-5;
+  for (double damping = kHoldsTheGauge; damping <= kMostDamping; damping *= 10) {
     if (system->Solve(linearisation, damping, step)) return true;
   }
   return false;
@@ -259,7 +261,7 @@ std::optional<std::vector<Matrix6d>> EstimateCameraCovariances(const BundleProbl
   linearisation.Compute(structure, state, HuberLoss{options.chi_square}, RefinedCalibration{});
   ReducedCameraSystem system(structure);
   BundleStep step;
-  if (!SolveHoldingTheGauge(linearisation, &system, &step)) return std::nullopt;
+  if (!system.Solve(linearisation, kHoldsTheGauge, &step)) return std::nullopt;
   std::vector<Matrix6d> covariances(problem.cam_from_world.size(), Matrix6d::Zero());
   const std::vector<Matrix6d> of_free = system.CameraCovariances();
   for (int i = 0; i < structure.free_cameras(); ++i) {

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "deepuav/base/error.h"
@@ -124,6 +125,18 @@ double MeanErrorPx(const Camera& camera, const std::vector<SeenRay>& rays) {
 
 }  // namespace
 
+double MeanShiftPx(const Camera& camera, const Camera& other) {
+  const Eigen::VectorXd errors = ErrorsOf(other, RaysOver(camera));
+  double squared = 0, seen = 0;
+  for (Eigen::Index i = 0; i < errors.size(); i += 2) {
+    const double error = errors.segment<2>(i).squaredNorm();
+    if (!std::isfinite(error)) continue;
+    squared += error;
+    ++seen;
+  }
+  return seen > 0 ? std::sqrt(squared / seen) : std::numeric_limits<double>::infinity();
+}
+
 std::optional<LensCorrection> LensCorrection::Of(const Camera& calibrated,
                                                  const BundleCamera& taken_by,
                                                  double max_error_px) {
@@ -151,7 +164,7 @@ std::optional<LensCorrection> LensCorrection::To(const BundleCamera& lens,
   camera.distortion = found.distortion;
   if (!IsPossible(camera)) return std::nullopt;
   correction.calibrated_ = calibrated;
-  correction.mean_shift_px_ = MeanErrorPx(calibrated, RaysOver(camera));
+  correction.mean_shift_px_ = deepuav::MeanShiftPx(camera, calibrated);
   return correction;
 }
 

@@ -7,6 +7,10 @@
 
 namespace deepuav {
 
+/// By how much the rays that `camera` sees lie elsewhere in the images of another one: root mean
+/// square over the image, px; of those that the other one sees.
+double MeanShiftPx(const Camera& camera, const Camera& other);
+
 /// A calibration that does not quite fit leaves its undistorted pixels distorted: they are an image
 /// that another camera took (Cvisic et al. 2021 found this of the rectified images of KITTI). What
 /// it takes to correct calibration and pixels.

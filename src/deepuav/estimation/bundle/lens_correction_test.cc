@@ -133,5 +133,19 @@ TEST(LensCorrection, GoesToNoLensThatFoldsOverInTheImage) {
   EXPECT_FALSE(LensCorrection::To(folding, calibrated));
 }
 
+TEST(MeanShiftPx, IsOfWhatBothCamerasSee) {
+  const Camera camera = Calibrated(LensModel::kPinhole, {});
+  EXPECT_NEAR(MeanShiftPx(camera, camera), 0, 1e-9);
+  Camera moved = camera;
+  moved.pinhole.cx += 3;
+  moved.pinhole.cy -= 4;
+  EXPECT_NEAR(MeanShiftPx(camera, moved), 5, 1e-9);
+  Camera folding = Calibrated(LensModel::kRadialTangential, {-0.28, 0, 0, 0});
+  Camera wide = camera;  // sees rays at its corners beyond where the other one folds over
+  wide.pinhole.fx = wide.pinhole.fy = 300;
+  EXPECT_TRUE(std::isfinite(MeanShiftPx(wide, folding)));
+  EXPECT_GT(MeanShiftPx(wide, folding), 20);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -20,6 +20,7 @@ std::optional<CorrectedCalibration> CorrectCalibration(MapId map, const LensSear
                                                        Mapper* mapper, Camera* camera,
                                                        std::vector<FrameRecord>* records,
                                                        const std::function<bool()>& stop) {
+  const Camera before = *camera;
   std::optional<CorrectedCalibration> corrected;
   // What contradicts a wrong lens most was taken for outliers while it was made: each round finds
   // less of it.
@@ -34,11 +35,12 @@ std::optional<CorrectedCalibration> CorrectCalibration(MapId map, const LensSear
     if (!correction) break;
     Log().info("the calibration is corrected by {:.2f} px, in the mean of the image",
                correction->MeanShiftPx());
+    if (is_whole) mapper->TakeAdjusted(map, found->adjusted);
     Apply(*correction, mapper, records);
     *camera = correction->camera();
     if (!corrected) corrected.emplace();
     corrected->sigmas = found->sigmas;
-    corrected->shift_px += correction->MeanShiftPx();
+    corrected->shift_px = MeanShiftPx(before, *camera);
     mapper->AdjustGlobally(map, &camera->pinhole, false, stop);
   }
   return corrected;

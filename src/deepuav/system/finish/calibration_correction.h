@@ -11,7 +11,7 @@ namespace deepuav {
 
 struct CorrectedCalibration {
   CalibrationSigmas sigmas;
-  double shift_px = 0;  ///< By which it was corrected, round by round, in the mean of the image.
+  double shift_px = 0;  ///< By which it was corrected, in the mean of the image.
 };
 
 /// Corrects what is searched for of a calibration that a map contradicts, in `camera`, in all maps

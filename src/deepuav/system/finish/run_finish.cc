@@ -103,6 +103,11 @@ bool RunFinish::RefinesFocalIn(MapId map) const {
   return options_.refine_focal && run_.camera->distortion.empty() && map == MapsBySize().front();
 }
 
+bool RunFinish::FixesMayTellFocalIn(MapId map) const {
+  return options_.mapping.lens.whole && MayCorrectCalibration() &&
+         run_.camera->distortion.empty() && map == MapsBySize().front();
+}
+
 void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
   if (run_.sensors.imu.samples.empty() || options_.localise_only) return;
   const StageScope stage(run_.clock, "inertial");
@@ -136,7 +141,7 @@ void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {
   Georeferencing georeferencing(run_.sensors, options_.sensors, priors, run_.mapper, run_.atlas);
   result->georeferences = georeferencing.ApplyToAll(
       MapsBySize(), result->frames, &run_.camera->pinhole,
-      [this](MapId map) { return RefinesFocalIn(map); }, stop);
+      [this](MapId map) { return RefinesFocalIn(map) || FixesMayTellFocalIn(map); }, stop);
 }
 
 TrajectoryFinish RunFinish::MakeTrajectoryFinish(FrameLocator* locator) const {

@@ -67,8 +67,10 @@ class RunFinish {
   /// Of images that told their turns; adjusts the map.
   void RefineReadoutByImages(MapId map, ImageTurns turns, const Stop& stop,
                              SlamResult* result) const;
-  /// A guess is refined otherwise, and loaded maps were made with the calibration as it is.
+  /// Loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
+  /// Of a guess, where the images tell nothing of the lens.
+  bool FixesMayTellFocalIn(MapId map) const;
   /// Whether the adjustment refines the focal length: with the largest map.
   bool RefinesFocalIn(MapId map) const;
   void MakeMetricAll(const Stop& stop, SlamResult* result) const;
