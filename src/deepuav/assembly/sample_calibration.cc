@@ -16,8 +16,9 @@ namespace {
 constexpr double kGuessSigma = 0.05;
 /// A shutter that takes longer rolls.
 constexpr double kRollingS = 0.008;
-/// What a sample's lens errs by, over its standard deviations.
-constexpr double kSampleTrust = 2;
+/// What a sample's lens errs by, over its standard deviations, and at least as a share of the focal
+/// length.
+constexpr double kSampleTrust = 2, kLeastSampleError = 0.002;
 /// The lens counts if the map holds this share of them and tells the focal length so well.
 constexpr double kMinShare = 0.5, kMaxFocalSigma = 0.05;
 
@@ -68,9 +69,10 @@ void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options) {
   // centre unrefined, or bends the lens.
   const bool explains_all = sample.sigmas.centre > 0 && sample.sigmas.focal > 0;
   if (!explains_all || sample.readout_s > kRollingS) return;
+  const auto error = [](double sigma) { return std::max(kLeastSampleError, kSampleTrust * sigma); };
   LensSearchOptions& lens = options->mapping.lens;
-  lens.focal_sigma = std::min(lens.focal_sigma, kSampleTrust * sample.sigmas.focal);
-  lens.centre_sigma = std::min(lens.centre_sigma, kSampleTrust * sample.sigmas.centre);
+  lens.focal_sigma = std::min(lens.focal_sigma, error(sample.sigmas.focal));
+  lens.centre_sigma = std::min(lens.centre_sigma, error(sample.sigmas.centre));
 }
 
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
