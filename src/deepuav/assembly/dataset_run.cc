@@ -192,7 +192,8 @@ bool DatasetRun::WasSpoilt(const SlamResult& result) const {
 
 bool DatasetRun::WasLensOff(const SlamResult& result) const {
   if (result.stopped || !result.failure.empty()) return false;
-  return result.lens_shift_px >= options_.system.mapping.lens.begin_anew_px;
+  const LensSearchOptions& search = options_.system.mapping.lens;
+  return search.whole && result.lens_shift_px >= search.begin_anew_px;
 }
 
 bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
@@ -215,9 +216,8 @@ bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spo
   knowing.mapping.readout.refine_known |= tells_readout;
   // What else a map says of its camera that writing or turns have bent is not to be relied on,
   // but beside what few images told.
-  const bool tells_lens = tells_readout || WasLensOff(spoilt->result);
   const bool knows_lens =
-      options_.system.mapping.lens.whole || (tells_lens && spoilt->result.image_turns.empty());
+      options_.system.mapping.lens.whole || (tells_readout && spoilt->result.image_turns.empty());
   Camera known = knows_lens ? spoilt->camera : camera;
   known.readout_s = spoilt->camera.readout_s;
   Eyes eyes(known, options_);

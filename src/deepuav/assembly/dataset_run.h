@@ -68,7 +68,7 @@ class DatasetRun {
   /// to be relied on, else with the one it began with. False, and `spoilt` as it is, where that
   /// ends early.
   bool PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt);
-  /// Whether the map was made with a lens that is not that of its images.
+  /// Whether the map was made with a guessed lens that is not that of its images.
   bool WasLensOff(const SlamResult& result) const;
   /// Whether a run begun anew told turns of images that the first one did not.
   bool TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,

@@ -58,8 +58,8 @@ struct LensSearchOptions {
     visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives",
           Between(1, 100));
     visit("begin_anew_px", begin_anew_px, "px",
-          "correction in the mean of the image from which on a dataset is run once more with it "
-          "from its first image on",
+          "correction of all of a lens, in the mean of the image, from which on a dataset is run "
+          "once more with it from its first image on",
           Above(0, 1e6));
   }
 };
