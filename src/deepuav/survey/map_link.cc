@@ -90,6 +90,11 @@ class LinkSearch {
   /// from few points.
   static constexpr double kLimits[] = {16, 8, 4, 2, 1};
 
+  /// What a single common view sees agrees at any scale.
+  bool Tells(const CrossSight& sight) const {
+    return common_.size() > 1 || sight.view != common_.front().view;
+  }
+
   /// Evenly over all sights, which are in the order of their tracks.
   std::vector<const CrossSight*> Drawn() const {
     const size_t count = std::min(sights_.size(), kMostDrawn);
@@ -181,7 +186,8 @@ class LinkSearch {
   /// By the sights that agree, roughly at first.
   MapLink Refined(const Sim3& main_from_side, const Eigen::Vector3d& about) const {
     constexpr int kIterations = 10, kLeastSights = 4;
-    MapLink link{main_from_side, static_cast<int>(sights_.size())};
+    MapLink link{main_from_side};
+    for (const CrossSight& sight : sights_) link.sights += Tells(sight);
     for (const double times : kLimits) {
       const auto within = Within(link.main_from_side, times * max_error_px_);
       if (std::ssize(within) < kLeastSights) return link;
@@ -191,7 +197,8 @@ class LinkSearch {
           [&](const Sim3& at, const Vector7d& step) { return Moved(at, step, about); });
     }
     const auto agreeing = Within(link.main_from_side, max_error_px_);
-    link.agreeing = static_cast<int>(agreeing.size());
+    link.agreeing = static_cast<int>(
+        std::ranges::count_if(agreeing, [this](const CrossSight* sight) { return Tells(*sight); }));
     const Matrix7d hessian = Linearise(agreeing, link.main_from_side, about).hessian;
     const Eigen::LLT<Matrix7d> factor(hessian);
     link.scale_sigma = factor.info() == Eigen::Success

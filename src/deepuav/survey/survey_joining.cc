@@ -1,5 +1,8 @@
 #include "deepuav/survey/survey_joining.h"
 
+#include <array>
+#include <utility>
+
 #include "deepuav/base/logging.h"
 #include "deepuav/survey/map_link.h"
 #include "deepuav/survey/survey_growth.h"
@@ -26,6 +29,82 @@ SurveyState Together(const SurveyState& main, const SurveyState& side, const std
   return joined;
 }
 
+/// Those that lead from a photograph of the map to one outside.
+std::vector<MatchedPair> LeadingOut(const std::vector<MatchedPair>& pairs, const SurveyState& map) {
+  std::vector<MatchedPair> leading;
+  for (const MatchedPair& pair : pairs) {
+    if (map.Has(pair.a) != map.Has(pair.b)) leading.push_back(pair);
+  }
+  return leading;
+}
+
+/// Makes maps of the photographs outside of a map, one after the other.
+class SideMaps {
+ public:
+  SideMaps(const BuiltSurvey& map, const std::vector<MatchedPair>& pairs,
+           const std::set<int>& taken, double image_width_px, const SurveyOptions& options,
+           const std::function<bool()>& stop)
+      : map_(map),
+        pairs_(pairs),
+        leading_(LeadingOut(pairs, map.state)),
+        mapped_(ViewsIn(map.state)),
+        tried_{taken, taken},
+        taken_(taken),
+        image_width_px_(image_width_px),
+        options_(options),
+        stop_(stop),
+        lens_(map.state.lens) {
+    lens_.is_refined = false;
+  }
+
+  /// The next one, into which some photographs of the map have grown; those that it has alone.
+  /// First of photographs outside alone; those that do not come to the map so, or at which nothing
+  /// starts, once more from a pair that leads to it.
+  std::optional<std::pair<SurveyState, std::set<int>>> Next() {
+    for (; stage_ < tried_.size(); ++stage_) {
+      std::set<int>& tried = tried_[stage_];
+      const auto& pairs = stage_ == 0 ? pairs_ : leading_;
+      std::set<int> elsewhere = tried;
+      elsewhere.insert(mapped_.begin(), mapped_.end());
+      auto side = Start(pairs, stage_ == 0 ? elsewhere : tried);
+      if (side) return Grown(std::move(*side), elsewhere, &tried);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::optional<SurveyGrowth> Start(const std::vector<MatchedPair>& pairs,
+                                    const std::set<int>& elsewhere) const {
+    return FindStart(map_.tracks, map_.px,
+                     RankStartPairs(pairs, map_.px, elsewhere, image_width_px_), lens_, elsewhere,
+                     image_width_px_, options_, stop_);
+  }
+
+  std::pair<SurveyState, std::set<int>> Grown(SurveyGrowth side, const std::set<int>& elsewhere,
+                                              std::set<int>* tried) const {
+    side.Grow(static_cast<int>(map_.px.size()), elsewhere, stop_);
+    side.Settle(stop_);
+    std::set<int> outside = ViewsIn(side.state());
+    for (const int view : mapped_) outside.erase(view);
+    side.Grow(static_cast<int>(outside.size()) + options_.joining.common_views, taken_, stop_);
+    tried->insert(outside.begin(), outside.end());
+    return {side.state(), std::move(outside)};
+  }
+
+  const BuiltSurvey& map_;
+  const std::vector<MatchedPair>& pairs_;
+  const std::vector<MatchedPair> leading_;
+  const std::set<int> mapped_;
+  /// Of other maps, and of earlier ones of these: of those outside alone, and by what leads there.
+  std::array<std::set<int>, 2> tried_;
+  size_t stage_ = 0;
+  const std::set<int>& taken_;
+  const double image_width_px_;
+  const SurveyOptions& options_;
+  const std::function<bool()>& stop_;
+  SurveyLens lens_;
+};
+
 }  // namespace
 
 std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
@@ -33,30 +112,20 @@ std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
                                        const std::set<int>& taken, double image_width_px,
                                        const SurveyOptions& options,
                                        const std::function<bool()>& stop) {
-  const auto all = static_cast<int>(map.px.size());
-  std::set<int> elsewhere = ViewsIn(map.state);
-  elsewhere.insert(taken.begin(), taken.end());
-  SurveyLens lens = map.state.lens;
-  lens.is_refined = false;
+  SideMaps sides(map, pairs, taken, image_width_px, options, stop);
   while (!(stop && stop())) {
-    std::optional<SurveyGrowth> side =
-        FindStart(map.tracks, map.px, RankStartPairs(pairs, map.px, elsewhere, image_width_px),
-                  lens, elsewhere, image_width_px, options, stop);
+    const auto side = sides.Next();
     if (!side) return std::nullopt;
-    side->Grow(all, elsewhere, stop);
-    side->Settle(stop);
-    const std::set<int> outside = ViewsIn(side->state());
-    side->Grow(static_cast<int>(outside.size()) + options.joining.common_views, taken, stop);
+    const auto& [state, outside] = *side;
     const auto link =
-        FindMapLink(map.tracks, map.px, map.state, side->state(), outside, options.max_error_px);
+        FindMapLink(map.tracks, map.px, map.state, state, outside, options.max_error_px);
     if (link)
       Log().debug("a map of {} photographs outside: {} of {} sights agree, scale to {:.2f} %",
                   outside.size(), link->agreeing, link->sights, 100 * link->scale_sigma);
-    if (link && link->agreeing >= options.min_pose_inliers &&
-        link->agreeing >= options.min_pose_ratio * link->sights &&
+    if (link && link->agreeing >= options.joining.min_sights &&
+        link->agreeing >= options.joining.min_ratio * link->sights &&
         link->scale_sigma <= options.joining.max_scale_sigma)
-      return Together(map.state, side->state(), outside, link->main_from_side);
-    elsewhere.insert(outside.begin(), outside.end());
+      return Together(map.state, state, outside, link->main_from_side);
   }
   return std::nullopt;
 }

@@ -16,27 +16,9 @@ namespace {
 constexpr double kHighM = 40, kLowM = 15;
 constexpr int kHigh = 4;  // the first photographs
 
-/// Four photographs from high up and four from low down. Of what the low ones see a high one has
-/// some points, each of which no other high one has: no point of the map is seen from below.
-class TwoHeights : public ::testing::Test {
+/// Photographs of ground of which each point is shown by those that are said.
+class Photographs : public ::testing::Test {
  protected:
-  TwoHeights() {
-    for (const auto& [x, y] : {std::pair(0.0, 0.0), {14.0, 2.0}, {28.0, 0.0}, {16.0, 12.0}})
-      poses_.push_back(Above(x, y, kHighM));
-    for (const auto& [x, y] : {std::pair(30.0, 4.0), {34.0, 5.0}, {31.0, 8.0}, {35.0, 9.0}})
-      poses_.push_back(Above(x, y, kLowM));
-    camera_ = world_.camera();
-    Show(700, {-25, -20}, {50, 30}, {0, 1, 2, 3});
-    Show(400, {18, -4}, {48, 16}, {4, 5, 6, 7});
-    Show(60, {24, -2}, {42, 14}, {2, 4, 5, 6, 7});
-  }
-
-  void ShowSharedPoints() {
-    Show(18, {24, 0}, {34, 14}, {3, 4, 5, 6, 7});
-    Show(8, {24, 0}, {34, 14}, {3, 4});
-    Show(8, {24, 0}, {34, 14}, {3, 6});
-  }
-
   SE3 Above(double x, double y, double height_m) {
     return Perturbed(LookDown({x, y, height_m}, M_PI / 2), 0.3, 0.05, &random_);
   }
@@ -81,6 +63,22 @@ class TwoHeights : public ::testing::Test {
     return SurveyMapper(camera_, 0, options, {&matcher}, nullptr).Run(Views());
   }
 
+  void ExpectAllInOneMapWithin(double error_m, const SurveyOutcome& outcome) const {
+    ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+    std::vector<Eigen::Vector3d> found, truth;
+    for (size_t v = 0; v < poses_.size(); ++v) {
+      ASSERT_TRUE(outcome.places[v].map.valid()) << v;
+      found.push_back(outcome.atlas.At(outcome.places[v].map)
+                          .At(outcome.places[v].keyframe)
+                          .cam_from_world.InverseTranslation());
+      truth.push_back(poses_[v].InverseTranslation());
+    }
+    const auto truth_from_found = Align(found, truth, AlignmentKind::kSimilar);
+    ASSERT_TRUE(truth_from_found);
+    for (size_t v = 0; v < found.size(); ++v)
+      EXPECT_LT((*truth_from_found * found[v] - truth[v]).norm(), error_m) << v;
+  }
+
   struct Shown {
     Eigen::Vector3d point;
     std::vector<float> descriptor;
@@ -89,9 +87,30 @@ class TwoHeights : public ::testing::Test {
 
   FeatureWorld world_{SyntheticWorld(), 1};
   Random random_{3};
-  Camera camera_;
+  const Camera camera_ = world_.camera();
   std::vector<SE3> poses_;
   std::vector<Shown> shown_;
+};
+
+/// Four photographs from high up and four from low down. Of what the low ones see a high one has
+/// some points, each of which no other high one has: no point of the map is seen from below.
+class TwoHeights : public Photographs {
+ protected:
+  TwoHeights() {
+    for (const auto& [x, y] : {std::pair(0.0, 0.0), {14.0, 2.0}, {28.0, 0.0}, {16.0, 12.0}})
+      poses_.push_back(Above(x, y, kHighM));
+    for (const auto& [x, y] : {std::pair(30.0, 4.0), {34.0, 5.0}, {31.0, 8.0}, {35.0, 9.0}})
+      poses_.push_back(Above(x, y, kLowM));
+    Show(700, {-25, -20}, {50, 30}, {0, 1, 2, 3});
+    Show(400, {18, -4}, {48, 16}, {4, 5, 6, 7});
+    Show(60, {24, -2}, {42, 14}, {2, 4, 5, 6, 7});
+  }
+
+  void ShowSharedPoints() {
+    Show(18, {24, 0}, {34, 14}, {3, 4, 5, 6, 7});
+    Show(8, {24, 0}, {34, 14}, {3, 4});
+    Show(8, {24, 0}, {34, 14}, {3, 6});
+  }
 };
 
 TEST_F(TwoHeights, WithoutAPointOfTheMapStayApartWhereOnlyOnePhotographLeadsOver) {
@@ -108,20 +127,33 @@ TEST_F(TwoHeights, StayApartWhereTheScaleIsToBeToldBetter) {
 
 TEST_F(TwoHeights, JoinByPhotographsThatEachSharePointsOfTheirOwn) {
   ShowSharedPoints();
-  const SurveyOutcome outcome = Run();
-  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
-  std::vector<Eigen::Vector3d> found, truth;
-  for (size_t v = 0; v < poses_.size(); ++v) {
-    ASSERT_TRUE(outcome.places[v].map.valid()) << v;
-    found.push_back(outcome.atlas.At(outcome.places[v].map)
-                        .At(outcome.places[v].keyframe)
-                        .cam_from_world.InverseTranslation());
-    truth.push_back(poses_[v].InverseTranslation());
+  ExpectAllInOneMapWithin(0.2, Run());
+}
+
+/// A line of six photographs. The last two show ground that of the others the fourth alone shows,
+/// and too few points of what the third shows, too, for a pose.
+class EndOfALine : public Photographs {
+ protected:
+  EndOfALine() {
+    for (const auto& [x, y] :
+         {std::pair(0.0, 0.0), {12.0, 2.0}, {24.0, -1.0}, {36.0, 1.0}, {47.0, 0.0}, {53.0, 3.0}})
+      poses_.push_back(Above(x, y, kHighM));
+    Show(900, {-30, -30}, {50, 30}, {0, 1, 2, 3});
+    Show(150, {30, -15}, {70, 15}, {3, 4, 5});
   }
-  const auto truth_from_found = Align(found, truth, AlignmentKind::kSimilar);
-  ASSERT_TRUE(truth_from_found);
-  for (size_t v = 0; v < found.size(); ++v)
-    EXPECT_LT((*truth_from_found * found[v] - truth[v]).norm(), 0.2) << v;
+};
+
+TEST_F(EndOfALine, ComesInByAPairThatLeadsToIt) {
+  Show(40, {34, -12}, {40, 12}, {2, 3, 4, 5});
+  ExpectAllInOneMapWithin(0.3, Run());
+}
+
+TEST_F(EndOfALine, StaysOutsideWhereOnePhotographAloneLeadsThere) {
+  const SurveyOutcome outcome = Run();
+  for (const size_t v : {4, 5}) {
+    EXPECT_FALSE(outcome.places[v].map == outcome.places[0].map)
+        << v << ": how far away it is, nothing tells";
+  }
 }
 
 }  // namespace
