@@ -41,14 +41,16 @@ struct SurveyOptions {
   double tangential_sigma = 0.01;   ///< Of p1 and p2 about none.
   double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
   double max_model_sigma_px = 0.1;  ///< Left beyond the noise of patches by a lens refined wholly.
-  double max_lens_sigma = 0.005;    ///< Of its focal length and principal point, over the former.
-  int patch_rounds = 2;             ///< Of measuring by patches, each on surfaces told by the last.
+  double max_lens_sigma = 0.005;    ///< Of a focal length that is told, over it.
+  double max_whole_lens_sigma = 0.02;  ///< Of it and the principal point, all being refined.
+  int patch_rounds = 2;           ///< Of measuring by patches, each on surfaces told by the last.
   double patch_noise_factor = 1;  ///< As PatchOptions::noise_factor: what is left beyond the noise
                                   ///< of pixels is estimated of all, and outliers are discarded.
-  double patch_min_sigma_px = 0.01;     ///< As PatchOptions::min_sigma_px.
-  double max_patch_sigmas = 4;          ///< Reprojection error of what a patch measured, to count.
-  int images_in_memory = 100;           ///< The others wait in a file for being measured in.
-  int contradicting_matches = 40;       ///< Of a pair that the map puts elsewhere, at least...
+  double patch_min_sigma_px = 0.01;  ///< As PatchOptions::min_sigma_px.
+  double max_patch_sigmas = 4;       ///< Reprojection error of a patch's measurement, to count...
+  double max_unsettled_sigmas = 10;  ///< ...before: a lens that is wrong yet is off.
+  int images_in_memory = 100;        ///< The others wait in a file for being measured in.
+  int contradicting_matches = 40;    ///< Of a pair that the map puts elsewhere, at least...
   double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.
   double suspect_coverage = 0.55;       ///< Below which a pair that contradicts these may be wrong.
   PairEvidenceOptions evidence = {};
@@ -138,8 +140,12 @@ struct SurveyOptions {
           "distortion and readout refined is not the right model either, and not used",
           Between(0, 100));
     visit("max_lens_sigma", max_lens_sigma, "",
+          "standard deviation of the focal length, as a share of it, above which the views don't "
+          "tell it",
+          Above(0, 1));
+    visit("max_whole_lens_sigma", max_whole_lens_sigma, "",
           "standard deviation of focal length and principal point, as a share of the former, above "
-          "which the views don't tell them all",
+          "which the views don't tell all of the lens",
           Above(0, 1));
     visit("patch_rounds", patch_rounds, "",
           "rounds of measuring points by patches, each on surfaces that the one before tells",
@@ -149,9 +155,11 @@ struct SurveyOptions {
     visit("patch_min_sigma_px", patch_min_sigma_px, "px",
           "of a survey's points in place of patches.min_sigma_px", Above(0, 10));
     visit("max_patch_sigmas", max_patch_sigmas, "",
-          "reprojection error of an observation measured by a patch that counts, in standard "
-          "deviations",
+          "reprojection error of an observation measured by a patch that counts at the end, in "
+          "standard deviations",
           Above(0, 1000));
+    visit("max_unsettled_sigmas", max_unsettled_sigmas, "",
+          "likewise while lens and poses have not settled yet", Above(0, 1000));
     visit("images_in_memory", images_in_memory, "",
           "images of photographs that stay in memory; others wait in a temporary file",
           Between(1, 100000));

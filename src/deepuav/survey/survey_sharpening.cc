@@ -34,7 +34,9 @@ void SurveySharpening::Sharpen(const std::function<bool()>& stop, BuiltSurvey* b
   for (int round = 1; is_measured && round < options_.patch_rounds; ++round) {
     {
       const StageScope stage(stages_, "sharpen map");
-      Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
+      Readjust(
+          options_.max_unsettled_sigmas, [&](SurveyGrowth* growth) { growth->Settle(stop); },
+          built);
     }
     Measure(built);
   }
@@ -60,11 +62,13 @@ void SurveySharpening::Measure(BuiltSurvey* built) const {
 }
 
 /// Goes on from the points as they are measured, and learns what is left beyond their noise.
-void SurveySharpening::Readjust(const std::function<void(SurveyGrowth*)>& by,
+void SurveySharpening::Readjust(double max_sigmas, const std::function<void(SurveyGrowth*)>& by,
                                 BuiltSurvey* built) const {
   SurveyState& state = built->state;
   if (state.lens.is_refined_wholly) state.velocity_world = ViewVelocities(*views_, state);
-  SurveyGrowth growth(&built->tracks, &built->px, state.lens, options_);
+  SurveyOptions options = options_;
+  options.max_patch_sigmas = max_sigmas;
+  SurveyGrowth growth(&built->tracks, &built->px, state.lens, options);
   growth.Continue(state);
   by(&growth);
   state = growth.state();
@@ -79,10 +83,12 @@ void SurveySharpening::AdjustMeasured(const std::function<bool()>& stop, BuiltSu
   constexpr double kSameWeights = 0.25;  // Change of the model's errors that hardly moves the map.
   for (int round = 0; round < kMostRounds; ++round) {
     const double assumed_px = built->state.model_sigma_px;
-    Readjust([&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
+    Readjust(
+        options_.max_unsettled_sigmas, [&](SurveyGrowth* growth) { growth->Settle(stop); }, built);
     if (std::abs(built->state.model_sigma_px - assumed_px) <= kSameWeights * assumed_px) break;
   }
-  Readjust([&](SurveyGrowth* growth) { growth->Finish(stop); }, built);
+  Readjust(
+      options_.max_patch_sigmas, [&](SurveyGrowth* growth) { growth->Finish(stop); }, built);
 }
 
 /// A lens of which a rest stays unexplained bends otherwise: more parameters would take on what
@@ -98,7 +104,7 @@ bool SurveySharpening::RefineWholly(const std::function<bool()>& stop, BuiltSurv
     Log().debug("all of the lens: focal length to {:.2f} %, centre to {:.2f} %",
                 100 * lens->sigmas.focal, 100 * lens->sigmas.centre);
   }
-  const double limit = options_.max_lens_sigma;
+  const double limit = options_.max_whole_lens_sigma;
   if (!lens || lens->sigmas.focal > limit || lens->sigmas.centre > limit) return false;
   *built = std::move(whole);
   KeepLensOneToOne(stop, built);

@@ -39,7 +39,8 @@ class SurveySharpening {
 
  private:
   void Measure(BuiltSurvey* built) const;
-  void Readjust(const std::function<void(SurveyGrowth*)>& by, BuiltSurvey* built) const;
+  void Readjust(double max_sigmas, const std::function<void(SurveyGrowth*)>& by,
+                BuiltSurvey* built) const;
   void AdjustMeasured(const std::function<bool()>& stop, BuiltSurvey* built) const;
   bool RefineWholly(const std::function<bool()>& stop, BuiltSurvey* built) const;
 
