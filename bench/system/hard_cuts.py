@@ -15,6 +15,10 @@ with each network:
   noise    noise of 15 of 255
   mirrored left and right changed
   reversed from the last image to the first
+  video    as a drone's link sends it: H.264 at 0.05 bits a pixel (needs ffmpeg)
+  repeats  every third image is the one before once more, as where a receiver fills gaps
+  drops    one image in five is lost, up to several in a row
+  exposure brightness jumps to between 0.5 and 1.5 times itself every 1.5 s
 The table (absolute trajectory error over the frames of the largest map, in brackets the largest, and how many frames it
 holds; where there are further maps, frames in all and maps) goes to stdout as Markdown, everything to OUT/hard_cuts.json.
 Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared); a flight is named by the folder that it was rendered
@@ -23,19 +27,24 @@ into. Needs build/deepuav (scripts/setup.sh) and Pillow (in .venv after scripts/
 import argparse
 import json
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
-from place_datasets import Shot, load_sequence, require_libraries, write_dataset  # noqa: E402
+from place_datasets import Shot, load_sequence, require_ffmpeg, require_libraries, write_dataset  # noqa: E402
 from run import processor  # noqa: E402
 
 EVERY = {"third": 3, "fifth": 5, "eighth": 8}
-CUTS = ("as_is", *EVERY, "dim", "blur", "writing", "noise", "mirrored", "reversed")
+CUTS = ("as_is", *EVERY, "dim", "blur", "writing", "noise", "mirrored", "reversed", "video", "repeats", "drops",
+        "exposure")
 BLUR_PX = 12
 NOISE = 15
+DROPPED = 0.2
+EXPOSURES = (0.5, 1.5)
+EXPOSURE_S = 1.5
 DEFAULT = "default"
 METHODS = ("nearest", "superglue")
 
@@ -55,6 +64,16 @@ def make_cut(cut, sequence):
         return [Shot(sequence, i, **changed) for i in range(len(every))], sequence.rate_hz
     if cut == "reversed":
         return every[::-1], sequence.rate_hz
+    if cut == "repeats":
+        return [every[i - 1] if i % 3 == 2 else shot for i, shot in enumerate(every)], sequence.rate_hz
+    if cut == "drops":
+        draw = random.Random(0)
+        return [shot if draw.random() >= DROPPED or i < 2 else None for i, shot in enumerate(every)], sequence.rate_hz
+    if cut == "exposure":
+        draw = random.Random(0)
+        steps = [draw.uniform(*EXPOSURES) for _ in range(len(every))]
+        return [Shot(sequence, i, brightness=steps[int(i / sequence.rate_hz / EXPOSURE_S)]) for i in range(len(every))], \
+            sequence.rate_hz
     return every, sequence.rate_hz
 
 
@@ -102,6 +121,8 @@ def main():
     parser.add_argument("--out", type=Path, default=ROOT / "out/hard_cuts")
     arguments = parser.parse_args()
     require_libraries("hard_cuts.py")
+    if "video" in arguments.cuts:
+        require_ffmpeg("hard_cuts.py")
     data = Path(os.environ.get("DEEPUAV_SHARED", ROOT / "../shared")) / "data"
     names = [Path(model).stem for model in arguments.models]
     results = {"machine": processor(), "command": " ".join(sys.argv), "runs": []}
@@ -118,12 +139,12 @@ def main():
             shots, rate_hz = make_cut(cut, sequence)
             dataset = arguments.cache / f"{label}-{cut}"
             camera = sequence.camera.mirrored() if cut == "mirrored" else sequence.camera
-            write_dataset(dataset, camera, rate_hz, shots)
+            write_dataset(dataset, camera, rate_hz, shots, video=cut == "video")
             runs = [run_once(arguments.program, dataset, model, arguments.out / f"{label}-{cut}-{network}",
                              sequence.horizontal) for model, network in zip(arguments.models, names)]
             results["runs"] += [{"sequence": label, "cut": cut, "model": model, **run}
                                 for model, run in zip(arguments.models, runs)]
-            print(f"| {label} | {cut} | {len(shots)} | {' | '.join(map(cell, runs))} |", flush=True)
+            print(f"| {label} | {cut} | {sum(shot is not None for shot in shots)} | {' | '.join(map(cell, runs))} |", flush=True)
             (arguments.out / "hard_cuts.json").write_text(json.dumps(results, indent=1))
 
 

@@ -5,6 +5,8 @@ import hashlib
 import json
 import math
 import shutil
+import subprocess
+import tempfile
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -18,8 +20,15 @@ else:
 
 JPEG_QUALITY = 95
 BLUR_STEPS = 16
+VIDEO_PIXEL_BITS = 0.05  # as of 720p at 30 images a second sent at 1.4 Mbit/s
+VIDEO_GROUP_S = 2
 SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
 FLIGHT_CAMERAS = {"radial-tangential": "radial_tangential", "equidistant": "equidistant"}
+
+
+def require_ffmpeg(script):
+    if not shutil.which("ffmpeg"):
+        raise SystemExit(f"{script}: no program ffmpeg, which makes the cut \"video\"")
 
 
 def require_libraries(script):
@@ -269,7 +278,7 @@ def write_image(shot, camera, folder, number):
         if shot.blur_px > 0:
             image = blurred(image, shot.blur_px, shot.index)
         if shot.brightness != 1:
-            image = image.point(lambda value: round(value * shot.brightness))
+            image = image.point(lambda value: min(255, round(value * shot.brightness)))
         if shot.noise > 0:
             image = noisy(image, shot.noise, shot.index)
         if shot.writing:
@@ -278,11 +287,33 @@ def write_image(shot, camera, folder, number):
     return file.relative_to(folder)
 
 
-def write_dataset(folder, camera, rate_hz, shots):
-    """A dataset of the shots, one behind the other at the given rate. Whatever was made before in the same way stays."""
-    recipe = [Path(__file__).read_text(), asdict(camera), rate_hz,
-              [(str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px, s.noise,
-                s.mirrored, s.writing) for s in shots]]
+def send_as_video(folder, camera, rate_hz):
+    """Puts what a drone's link leaves of the images in their place: H.264 at a low rate, without images from later."""
+    files = sorted((folder / "rgb").iterdir())
+    rate_bits = f"{VIDEO_PIXEL_BITS * camera.width * camera.height * rate_hz:.0f}"
+    common = ["ffmpeg", "-v", "error", "-y"]
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        video = Path(scratch) / "sent.mp4"
+        subprocess.run([*common, "-framerate", f"{rate_hz:g}", "-i", folder / "rgb" / f"%06d{files[0].suffix}", "-vf",
+                        "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=in_range=full:out_range=limited,format=yuv420p", "-c:v",
+                        "libx264", "-preset", "veryfast", "-tune", "zerolatency", "-g",
+                        str(round(VIDEO_GROUP_S * rate_hz)), "-b:v", rate_bits, "-maxrate", rate_bits, "-bufsize", rate_bits,
+                        video], check=True)
+        for file in files:
+            file.unlink()
+        window = f"crop={camera.width}:{camera.height}:0:0"
+        subprocess.run([*common, "-i", video, "-vf", f"{window},scale=in_range=limited:out_range=full,format=gray",
+                        "-start_number", "0", folder / "rgb" / "%06d.png"], check=True)
+    return [file.relative_to(folder) for file in sorted((folder / "rgb").iterdir())]
+
+
+def write_dataset(folder, camera, rate_hz, shots, video=False):
+    """A dataset of the shots, one behind the other at the given rate; None is an image that was lost. Whatever was made
+    before in the same way stays."""
+    shots = [(number, shot) for number, shot in enumerate(shots) if shot]
+    recipe = [Path(__file__).read_text(), asdict(camera), rate_hz, video,
+              [(n, str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px, s.noise,
+                s.mirrored, s.writing) for n, s in shots]]
     made_by = hashlib.sha256(json.dumps(recipe).encode()).hexdigest()
     stamp = folder / "made_by.txt"
     if stamp.is_file() and stamp.read_text() == made_by:
@@ -291,10 +322,13 @@ def write_dataset(folder, camera, rate_hz, shots):
         shutil.rmtree(folder)
     (folder / "rgb").mkdir(parents=True)
     (folder / "camera.yaml").write_text(camera.yaml(rate_hz))
+    files = [write_image(shot, camera, folder, number) for number, shot in shots]
+    if video:
+        files = send_as_video(folder, camera, rate_hz)
     with (folder / "rgb.txt").open("w") as frames, (folder / "groundtruth.txt").open("w") as truth:
-        for number, shot in enumerate(shots):
+        for (number, shot), file in zip(shots, files, strict=True):
             time_s = f"{number / rate_hz:.6f}"
-            frames.write(f"{time_s} {write_image(shot, camera, folder, number)}\n")
+            frames.write(f"{time_s} {file}\n")
             if shot.truth():
                 position, quaternion = shot.truth()
                 truth.write(" ".join([time_s, *(f"{value:.9f}" for value in (*position, *quaternion))]) + "\n")

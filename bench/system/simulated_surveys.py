@@ -13,6 +13,7 @@
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
 | two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
+| sparse | lines over a village, of which neighbouring photographs share three tenths; one in three is left out |
 | large | 300 photographs of 4000x3000 from 60 m over a village in lines and cross lines |
 
 Photographs of 1600x1200 but those of `large`, whose pixels are each one ray; k1 = -0.25. They are rendered into CACHE
@@ -56,6 +57,8 @@ FLIGHTS = {
     "climb_turning": [("climb", {**CLIMB, "course.yaw": "course"})],
     "climb_once": [("climb", {**CLIMB, "camera.rate_hz": 0.4, "course.radius_m": 20, "course.center_x_m": 0,
                               "course.center_y_m": 0, "flight.scene": "village", "flight.duration_s": 32})],
+    "sparse": [("survey", {"course.length_m": 200, "course.width_m": 150, "course.line_spacing_m": 52, "course.height_m": 60,
+                           "course.speed_m_s": 8, "camera.rate_hz": 0.2, "flight.duration_s": 150})],
     "climb_steps": [("climb", {**CLIMB, "camera.rate_hz": 0.25, "course.center_x_m": 60, "course.center_y_m": 30,
                                "flight.scene": "town"})],
     "two_heights": [("survey", LINES), ("survey", HIGH_LINES)],
@@ -66,12 +69,14 @@ FLIGHTS = {
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
             "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"),
-            **{name: (name, "plain") for name in FLIGHTS}}
-NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps", "two_heights", "large"]
+            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned")}
+NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps",
+         "sparse", "two_heights", "large"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
 EXIF_EXCESS = 1.05
+THINNED = 1 / 3
 FULL_FRAME_DIAGONAL_MM = 43.27
 
 
@@ -130,6 +135,8 @@ def as_photographs(simulated, folder, how, seed):
     generator = random.Random(seed)
     if how == "random":
         generator.shuffle(taken)
+    if how == "thinned":
+        taken = [shot for shot in taken if generator.random() >= THINNED]
     origin = None
     for number, (file, position) in enumerate(taken):
         if how == "exif":
