@@ -26,11 +26,6 @@ SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
 FLIGHT_CAMERAS = {"radial-tangential": "radial_tangential", "equidistant": "equidistant"}
 
 
-def require_ffmpeg(script):
-    if not shutil.which("ffmpeg"):
-        raise SystemExit(f"{script}: no program ffmpeg, which makes the cut \"video\"")
-
-
 def require_libraries(script):
     """Ends the script where what makes images is not installed."""
     if MISSING:
