@@ -69,7 +69,7 @@ def make_cut(cut, sequence):
         return [every[i - 1] if i % 3 == 2 else shot for i, shot in enumerate(every)], sequence.rate_hz
     if cut == "drops":
         draw = random.Random(0)
-        return [shot if draw.random() >= DROPPED or i < 2 else None for i, shot in enumerate(every)], sequence.rate_hz
+        return [shot if draw.random() >= DROPPED else None for shot in every], sequence.rate_hz
     if cut == "exposure":
         draw = random.Random(0)
         steps = [draw.uniform(*EXPOSURES) for _ in range(len(every))]
@@ -146,7 +146,8 @@ def main():
                              sequence.horizontal) for model, network in zip(arguments.models, names)]
             results["runs"] += [{"sequence": label, "cut": cut, "model": model, **run}
                                 for model, run in zip(arguments.models, runs)]
-            print(f"| {label} | {cut} | {sum(shot is not None for shot in shots)} | {' | '.join(map(cell, runs))} |", flush=True)
+            frames = sum(shot is not None for shot in shots)
+            print(f"| {label} | {cut} | {frames} | {' | '.join(map(cell, runs))} |", flush=True)
             (arguments.out / "hard_cuts.json").write_text(json.dumps(results, indent=1))
 
 

@@ -286,13 +286,13 @@ def send_as_video(folder, camera, rate_hz):
     """Puts what a drone's link leaves of the images in their place: H.264 at a low rate, without images from later."""
     files = sorted((folder / "rgb").iterdir())
     rate_bits = f"{VIDEO_PIXEL_BITS * camera.width * camera.height * rate_hz:.0f}"
-    common = ["ffmpeg", "-v", "error", "-y"]
+    common = ["ffmpeg", "-nostdin", "-v", "error", "-y"]
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         video = Path(scratch) / "sent.mp4"
         subprocess.run([*common, "-framerate", f"{rate_hz:g}", "-i", folder / "rgb" / f"%06d{files[0].suffix}", "-vf",
                         "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=in_range=full:out_range=limited,format=yuv420p", "-c:v",
                         "libx264", "-preset", "veryfast", "-tune", "zerolatency", "-g",
-                        str(round(VIDEO_GROUP_S * rate_hz)), "-b:v", rate_bits, "-maxrate", rate_bits, "-bufsize", rate_bits,
+                        str(max(1, round(VIDEO_GROUP_S * rate_hz))), "-b:v", rate_bits, "-maxrate", rate_bits, "-bufsize", rate_bits,
                         video], check=True)
         for file in files:
             file.unlink()
@@ -306,6 +306,7 @@ def write_dataset(folder, camera, rate_hz, shots, video=False):
     """A dataset of the shots, one behind the other at the given rate; None is an image that was lost. Whatever was made
     before in the same way stays."""
     shots = [(number, shot) for number, shot in enumerate(shots) if shot]
+    assert not video or shots[-1][0] + 1 == len(shots), "a video of lost images"
     recipe = [Path(__file__).read_text(), asdict(camera), rate_hz, video,
               [(n, str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px, s.noise,
                 s.mirrored, s.writing) for n, s in shots]]

@@ -7,8 +7,8 @@ namespace deepuav {
 /// How photographs beside a map are brought to it as a map of their own.
 struct SurveyJoiningOptions {
   int common_views = 4;           ///< Of the map, into which one beside it grows, at most.
-  int min_sights = 5;             ///< By what each sees of the other, that agrees...
-  double min_ratio = 0.02;        ///< ...and so much of all of it.
+  int min_sights = 5;             ///< Of points of the one in the other, that agree...
+  double min_ratio = 0.02;        ///< ...and their share of all such.
   double max_scale_sigma = 0.03;  ///< Standard deviation of the scale between both, over it.
 
   template <typename Visitor>

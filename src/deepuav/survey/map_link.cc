@@ -36,6 +36,7 @@ class LinkSearch {
              const SurveyState& side, const std::set<int>& outside, double max_error_px)
       : lens_(main.lens), max_error_px_(max_error_px) {
     for (size_t t = 0; t < tracks.tracks.size(); ++t) {
+      if (!IsSeenFrom(outside, tracks.tracks[t])) continue;
       for (const Track::Sight& sight : tracks.tracks[t].sights) {
         const bool is_outside = outside.contains(sight.view);
         const SurveyState& of_point = is_outside ? main : side;
@@ -57,8 +58,8 @@ class LinkSearch {
   std::optional<MapLink> Find() const {
     std::vector<Hypothesis> hypotheses;
     for (const CommonView& common : common_) {
-      for (const CrossSight* sight : Drawn()) {
-        const double scale = sight->view == common.view ? 0 : ScaleBy(*sight, common);
+      for (const CrossSight* sight : DrawnBeside(common.view)) {
+        const double scale = ScaleBy(*sight, common);
         if (!std::isfinite(scale) || scale <= 0) continue;
         const Sim3 link(scale, common.main_from_side,
                         common.in_main - scale * (common.main_from_side * common.in_side));
@@ -95,11 +96,20 @@ class LinkSearch {
     return common_.size() > 1 || sight.view != common_.front().view;
   }
 
-  /// Evenly over all sights, which are in the order of their tracks.
-  std::vector<const CrossSight*> Drawn() const {
-    const size_t count = std::min(sights_.size(), kMostDrawn);
-    std::vector<const CrossSight*> drawn;
-    for (size_t i = 0; i < count; ++i) drawn.push_back(&sights_[i * sights_.size() / count]);
+  /// What two photographs of the map see of the same point says nothing of those outside.
+  static bool IsSeenFrom(const std::set<int>& outside, const Track& track) {
+    return std::ranges::any_of(
+        track.sights, [&](const Track::Sight& sight) { return outside.contains(sight.view); });
+  }
+
+  /// Evenly over all sights in other views, which are in the order of their tracks.
+  std::vector<const CrossSight*> DrawnBeside(int view) const {
+    std::vector<const CrossSight*> beside, drawn;
+    for (const CrossSight& sight : sights_) {
+      if (sight.view != view) beside.push_back(&sight);
+    }
+    const size_t count = std::min(beside.size(), kMostDrawn);
+    for (size_t i = 0; i < count; ++i) drawn.push_back(beside[i * beside.size() / count]);
     return drawn;
   }
 

@@ -29,6 +29,9 @@ class MapLinkTest : public ::testing::Test {
           {{{static_cast<int>(seen_by), static_cast<int>(px_[seen_by].size())}}});
       px_[seen_by].push_back(
           {lens_.camera.pinhole.Project(poses_[seen_by] * points_.back()) + noise});
+      if (t % 3 == 0) continue;
+      tracks_.tracks.back().sights.push_back({4, static_cast<int>(px_[4].size())});
+      px_[4].push_back({lens_.camera.pinhole.Project(poses_[4] * points_.back())});
     }
   }
 
@@ -111,6 +114,13 @@ TEST_F(LargeMapLinkTest, IsFoundInSecondsAmongThousandsOfWrongMatches) {
 }
 
 TEST_F(MapLinkTest, NeedsAPhotographThatBothKnow) { EXPECT_FALSE(Find(false)); }
+
+TEST_F(MapLinkTest, WhatNoPhotographOutsideShowsDoesNotCount) {
+  for (size_t t = 1; t < points_.size(); t += 3) tracks_.tracks[t].sights.pop_back();
+  const auto link = Find(true);
+  ASSERT_TRUE(link);
+  EXPECT_EQ(link->sights, point_count_ / 3);
+}
 
 TEST_F(MapLinkTest, OfOneViewOfPointsTheScaleIsNotTold) {
   for (size_t t = 0; t < points_.size(); ++t) {

@@ -1,6 +1,5 @@
 #include "deepuav/survey/survey_joining.h"
 
-#include <array>
 #include <utility>
 
 #include "deepuav/base/logging.h"
@@ -48,7 +47,8 @@ class SideMaps {
         pairs_(pairs),
         leading_(LeadingOut(pairs, map.state)),
         mapped_(ViewsIn(map.state)),
-        tried_{taken, taken},
+        tried_alone_(taken),
+        tried_leading_(taken),
         taken_(taken),
         image_width_px_(image_width_px),
         options_(options),
@@ -61,43 +61,40 @@ class SideMaps {
   /// First of photographs outside alone; those that do not come to the map so, or at which nothing
   /// starts, once more from a pair that leads to it.
   std::optional<std::pair<SurveyState, std::set<int>>> Next() {
-    for (; stage_ < tried_.size(); ++stage_) {
-      std::set<int>& tried = tried_[stage_];
-      const auto& pairs = stage_ == 0 ? pairs_ : leading_;
-      std::set<int> elsewhere = tried;
-      elsewhere.insert(mapped_.begin(), mapped_.end());
-      auto side = Start(pairs, stage_ == 0 ? elsewhere : tried);
-      if (side) return Grown(std::move(*side), elsewhere, &tried);
-    }
-    return std::nullopt;
+    if (auto side = From(pairs_, WithMapped(tried_alone_), &tried_alone_)) return side;
+    return From(leading_, tried_leading_, &tried_leading_);
   }
 
  private:
-  std::optional<SurveyGrowth> Start(const std::vector<MatchedPair>& pairs,
-                                    const std::set<int>& elsewhere) const {
-    return FindStart(map_.tracks, map_.px,
-                     RankStartPairs(pairs, map_.px, elsewhere, image_width_px_), lens_, elsewhere,
-                     image_width_px_, options_, stop_);
+  std::set<int> WithMapped(std::set<int> views) const {
+    views.insert(mapped_.begin(), mapped_.end());
+    return views;
   }
 
-  std::pair<SurveyState, std::set<int>> Grown(SurveyGrowth side, const std::set<int>& elsewhere,
-                                              std::set<int>* tried) const {
-    side.Grow(static_cast<int>(map_.px.size()), elsewhere, stop_);
-    side.Settle(stop_);
-    std::set<int> outside = ViewsIn(side.state());
+  /// Of the map at most the photograph that it starts from is in it before it has grown to its end.
+  std::optional<std::pair<SurveyState, std::set<int>>> From(const std::vector<MatchedPair>& pairs,
+                                                            const std::set<int>& no_start,
+                                                            std::set<int>* tried) const {
+    const std::set<int> elsewhere = WithMapped(*tried);
+    std::optional<SurveyGrowth> side =
+        FindStart(map_.tracks, map_.px, RankStartPairs(pairs, map_.px, no_start, image_width_px_),
+                  lens_, elsewhere, image_width_px_, options_, stop_);
+    if (!side) return std::nullopt;
+    side->Grow(static_cast<int>(map_.px.size()), elsewhere, stop_);
+    side->Settle(stop_);
+    std::set<int> outside = ViewsIn(side->state());
     for (const int view : mapped_) outside.erase(view);
-    side.Grow(static_cast<int>(outside.size()) + options_.joining.common_views, taken_, stop_);
+    side->Grow(static_cast<int>(outside.size()) + options_.joining.common_views, taken_, stop_);
     tried->insert(outside.begin(), outside.end());
-    return {side.state(), std::move(outside)};
+    return std::pair(side->state(), std::move(outside));
   }
 
   const BuiltSurvey& map_;
   const std::vector<MatchedPair>& pairs_;
   const std::vector<MatchedPair> leading_;
   const std::set<int> mapped_;
-  /// Of other maps, and of earlier ones of these: of those outside alone, and by what leads there.
-  std::array<std::set<int>, 2> tried_;
-  size_t stage_ = 0;
+  /// Photographs of other maps, and of earlier ones of these that started so.
+  std::set<int> tried_alone_, tried_leading_;
   const std::set<int>& taken_;
   const double image_width_px_;
   const SurveyOptions& options_;
@@ -107,15 +104,14 @@ class SideMaps {
 
 }  // namespace
 
-std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
-                                       const std::vector<MatchedPair>& pairs,
-                                       const std::set<int>& taken, double image_width_px,
-                                       const SurveyOptions& options,
-                                       const std::function<bool()>& stop) {
+bool JoinOutside(const BuiltSurvey& map, const std::vector<MatchedPair>& pairs,
+                 const std::set<int>& taken, double image_width_px, const SurveyOptions& options,
+                 const std::function<bool()>& stop,
+                 const std::function<bool(const SurveyState&)>& accept) {
   SideMaps sides(map, pairs, taken, image_width_px, options, stop);
   while (!(stop && stop())) {
     const auto side = sides.Next();
-    if (!side) return std::nullopt;
+    if (!side) return false;
     const auto& [state, outside] = *side;
     const auto link =
         FindMapLink(map.tracks, map.px, map.state, state, outside, options.max_error_px);
@@ -124,10 +120,11 @@ std::optional<SurveyState> JoinOutside(const BuiltSurvey& map,
                   outside.size(), link->agreeing, link->sights, 100 * link->scale_sigma);
     if (link && link->agreeing >= options.joining.min_sights &&
         link->agreeing >= options.joining.min_ratio * link->sights &&
-        link->scale_sigma <= options.joining.max_scale_sigma)
-      return Together(map.state, state, outside, link->main_from_side);
+        link->scale_sigma <= options.joining.max_scale_sigma &&
+        accept(Together(map.state, state, outside, link->main_from_side)))
+      return true;
   }
-  return std::nullopt;
+  return false;
 }
 
 }  // namespace deepuav

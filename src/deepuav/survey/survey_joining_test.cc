@@ -141,11 +141,21 @@ class EndOfALine : public Photographs {
     Show(900, {-30, -30}, {50, 30}, {0, 1, 2, 3});
     Show(150, {30, -15}, {70, 15}, {3, 4, 5});
   }
+
+  static constexpr int kTooFewForAPose = 17;
 };
 
 TEST_F(EndOfALine, ComesInByAPairThatLeadsToIt) {
-  Show(40, {34, -12}, {40, 12}, {2, 3, 4, 5});
+  Show(kTooFewForAPose, {34, -12}, {40, 12}, {2, 3, 4, 5});
   ExpectAllInOneMapWithin(0.3, Run());
+}
+
+TEST_F(EndOfALine, StaysOutsideWhereMoreIsToAgree) {
+  Show(kTooFewForAPose, {34, -12}, {40, 12}, {2, 3, 4, 5});
+  SurveyJoiningOptions joining;
+  joining.min_sights = 1000;
+  const SurveyOutcome outcome = Run(joining);
+  EXPECT_FALSE(outcome.places[4].map == outcome.places[0].map);
 }
 
 TEST_F(EndOfALine, StaysOutsideWhereOnePhotographAloneLeadsThere) {

@@ -117,9 +117,10 @@ std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
   return built;
 }
 
-/// Whether the focal length is more than what takes on a rest that stays unexplained.
+/// Whether the focal length is more than what takes on a rest that stays unexplained. All of a lens
+/// is refined only where it is told.
 bool SurveyMapper::TellsFocal(const BuiltSurvey& built) const {
-  if (built.state.lens.is_refined_wholly) return true;
+  if (built.state.lens.is_refined && built.state.lens.is_refined_wholly) return true;
   const auto lens = DescribeLens(built.tracks, built.px, options_, built.state);
   const double rest = std::max(1.0, built.state.model_sigma_px / options_.max_model_sigma_px);
   return lens && rest * lens->sigmas.focal <= options_.max_lens_sigma;

@@ -71,6 +71,8 @@ class SurveyMapper {
                                      const std::function<bool()>& stop);
   bool Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
             const std::function<bool()>& stop, BuiltSurvey* built);
+  bool ExplainsWhatLeads(const SurveyState& map, const BuiltSurvey& both,
+                         const std::vector<MatchedPair>& pairs) const;
   bool PlaceElsewhere(std::vector<int> misplaced, const std::set<int>& taken,
                       std::vector<MatchedPair>* pairs, const std::function<bool()>& stop,
                       BuiltSurvey* built);

@@ -48,7 +48,7 @@ struct SurveyOptions {
                                   ///< of pixels is estimated of all, and outliers are discarded.
   double patch_min_sigma_px = 0.01;  ///< As PatchOptions::min_sigma_px.
   double max_patch_sigmas = 4;       ///< Reprojection error of a patch's measurement, to count...
-  double max_unsettled_sigmas = 10;  ///< ...before: a lens that is wrong yet is off.
+  double max_unsettled_sigmas = 10;  ///< ...and before, under a lens not right yet.
   int images_in_memory = 100;        ///< The others wait in a file for being measured in.
   int contradicting_matches = 40;    ///< Of a pair that the map puts elsewhere, at least...
   double contradicting_coverage = 0.5;  ///< ...over so much of what both see, to contradict it.

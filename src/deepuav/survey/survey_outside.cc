@@ -68,27 +68,37 @@ void SurveyMapper::BringIn(const std::set<int>& taken, std::vector<MatchedPair>*
 bool SurveyMapper::Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
                         const std::function<bool()>& stop, BuiltSurvey* built) {
   const StageScope stage(stages_, "grow map");
-  const auto joined = JoinOutside(*built, pairs, taken, camera_.width, options_, stop);
-  if (!joined) return false;
-  SurveyGrowth growth(&built->tracks, &px_, built->state.lens, options_);
-  growth.Resume(*joined);
-  growth.Settle(stop);
-  BuiltSurvey both = *built;
-  both.state = growth.state();
+  std::optional<BuiltSurvey> both;
+  const auto accept = [&](const SurveyState& joined) {
+    SurveyGrowth growth(&built->tracks, &px_, built->state.lens, options_);
+    growth.Resume(joined);
+    growth.Settle(stop);
+    both = *built;
+    both->state = growth.state();
+    return ExplainsWhatLeads(built->state, *both, pairs);
+  };
+  if (!JoinOutside(*built, pairs, taken, camera_.width, options_, stop, accept)) return false;
+  *built = std::move(*both);
+  return true;
+}
+
+/// Most of the matches that lead from a map to photographs that `both` has as well. Of maps that
+/// belong together 0.7 to all are explained, of others less than 0.6.
+bool SurveyMapper::ExplainsWhatLeads(const SurveyState& map, const BuiltSurvey& both,
+                                     const std::vector<MatchedPair>& pairs) const {
+  constexpr double kLeastExplained = 0.65;
   const PairJudge judge = JudgeOfPairs();
   ptrdiff_t leading = 0, explained = 0;  // Matches.
   for (const MatchedPair& pair : pairs) {
-    const bool leads = built->state.Has(pair.a) != built->state.Has(pair.b) &&
-                       both.state.Has(pair.a) && both.state.Has(pair.b);
+    const bool leads =
+        map.Has(pair.a) != map.Has(pair.b) && both.state.Has(pair.a) && both.state.Has(pair.b);
     if (!leads) continue;
     leading += std::ssize(pair.matches);
     if (judge.IsExplained(pair, both)) explained += std::ssize(pair.matches);
   }
   Log().debug("{} photographs outside join the map, which explains {} of {} matches with it",
-              both.state.ViewCount() - built->state.ViewCount(), explained, leading);
-  if (2 * explained <= leading) return false;
-  *built = std::move(both);
-  return true;
+              both.state.ViewCount() - map.ViewCount(), explained, leading);
+  return static_cast<double>(explained) >= kLeastExplained * static_cast<double>(leading);
 }
 
 }  // namespace deepuav

@@ -125,7 +125,9 @@ void SurveySharpening::KeepLensOneToOne(const std::function<bool()>& stop,
       lens.camera.k1, lens.camera.k2);
   lens.camera.k1 = lens.camera.k2 = lens.camera.p1 = lens.camera.p2 = 0;
   lens.is_refined = false;
-  SurveyGrowth growth(&built->tracks, &built->px, lens, options_);
+  SurveyOptions unsettled = options_;
+  unsettled.max_patch_sigmas = options_.max_unsettled_sigmas;
+  SurveyGrowth growth(&built->tracks, &built->px, lens, unsettled);
   growth.Resume(built->state);
   growth.Settle(stop);
   growth.Finish(stop);
