@@ -13,7 +13,8 @@ namespace deepuav {
 /// What one map of the same tracks says of another.
 struct MapLink {
   Sim3 main_from_side;
-  /// Of points of the one in photographs of the other, but for a photograph that alone both have.
+  /// Of points of the one in photographs of the other, that a photograph outside shows, too; but
+  /// for those in a photograph that alone both have, which agree at any scale.
   int sights = 0;
   int agreeing = 0;        ///< Of these, within `max_error_px`.
   double scale_sigma = 0;  ///< As a share of the scale, by the sights that agree.

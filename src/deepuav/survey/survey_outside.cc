@@ -98,7 +98,8 @@ bool SurveyMapper::ExplainsWhatLeads(const SurveyState& map, const BuiltSurvey& 
   }
   Log().debug("{} photographs outside join the map, which explains {} of {} matches with it",
               both.state.ViewCount() - map.ViewCount(), explained, leading);
-  return static_cast<double>(explained) >= kLeastExplained * static_cast<double>(leading);
+  return leading > 0 &&
+         static_cast<double>(explained) >= kLeastExplained * static_cast<double>(leading);
 }
 
 }  // namespace deepuav
