@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A sequence whose focal length is no more than guessed: `deepuav run` mends it by its images, and begins anew with it.
+"""A sequence whose lens is no more than guessed, or told wrongly: `deepuav run` mends it by its images, and begins anew with
+it.
 
   untold_lens_test.py DEEPUAV
 """
@@ -62,6 +63,34 @@ class UntoldLens(unittest.TestCase):
         self.assertNotIn("once more", said)
         self.assertAlmostEqual(focal_px, EXCESS * FOCAL_PX, delta=1)
         self.assertGreater(error_of_guess_m, 2 * error_m)
+
+    def test_a_told_distortion_that_is_wrong_is_corrected(self):
+        told = self.folder / "told.yaml"
+        told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {FOCAL_PX}\nfy: {FOCAL_PX}\n"
+                        "cx: 381\ncy: 236\ndistortion: [-0.25, 0.08, 0, 0]\n")
+        kept_m, once_m, anew_m = (self.run_told(told, f"told-{number}", *more) for number, more in enumerate((
+            ("--set", "mapping.lens.enabled=false"), ("--set", "mapping.lens.begin_anew_px=1000"), ())))
+        self.assertLess(once_m[0], 0.6 * kept_m[0])
+        self.assertLess(anew_m[0], 0.6 * kept_m[0])
+        self.assertNotIn("once more", kept_m[1] + once_m[1])
+        _, *anew = anew_m[1].split("once more from the first image on")
+        self.assertEqual(len(anew), 1, "the second map is of the right lens")
+        for shift_px in re.findall(r"corrected by (\S+) px", anew[0]):
+            self.assertLess(float(shift_px), 0.5, "the rest, not all of it once more")
+        distortion = re.search(r"^distortion: \[(\S+),", (self.folder / "told-2/camera.yaml").read_text(), re.MULTILINE)
+        self.assertAlmostEqual(float(distortion.group(1)), -0.28, delta=0.015, msg="half as wrong, at most")
+        _, live = self.run_told(told, "told-live", "--schedule", "live")
+        self.assertNotIn("once more", live)
+
+    def run_told(self, camera, name, *more):
+        """The run's error in metres and what it said."""
+        out = self.folder / name
+        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", camera,
+                                        "--set", "mapping.lens.min_keyframes=5", *more),
+                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
+        subprocess.run(command("eval", self.flight, out / "trajectory.txt", "--json", out / "eval.json"),
+                       capture_output=True, timeout=TIMEOUT_S, check=True)
+        return json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
 
 
 if __name__ == "__main__":

@@ -19,6 +19,12 @@ with each network:
   repeats  every third image is the one before once more, as where a receiver fills gaps
   drops    one image in five is lost, up to several in a row
   exposure brightness jumps to between 0.5 and 1.5 times itself every 1.5 s
+  thermal  as a thermal camera sees: soft, two fifths of the contrast, columns of their own brightness
+  foggy    a fifth of the contrast
+  dark     15 % of the brightness, with noise
+  wet      drops on the lens
+  banded   lamps flicker while the shutter rolls
+  compressed  JPEG of quality 12
 The table (absolute trajectory error over the frames of the largest map, in brackets the largest, and how many frames it
 holds; where there are further maps, frames in all and maps) goes to stdout as Markdown, everything to OUT/hard_cuts.json.
 Sequences are looked for in $DEEPUAV_SHARED/data (default ../shared); a flight is named by the folder that it was rendered
@@ -35,12 +41,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
+from damaged_images import DAMAGES  # noqa: E402
 from place_datasets import Shot, load_sequence, require_libraries, write_dataset  # noqa: E402
 from run import processor  # noqa: E402
 
 EVERY = {"third": 3, "fifth": 5, "eighth": 8}
 CUTS = ("as_is", *EVERY, "dim", "blur", "writing", "noise", "mirrored", "reversed", "video", "repeats", "drops",
-        "exposure")
+        "exposure", *DAMAGES)
 BLUR_PX = 12
 NOISE = 15
 DROPPED = 0.2
@@ -63,6 +70,8 @@ def make_cut(cut, sequence):
     changed = {"writing": {"writing": True}, "noise": {"noise": NOISE}, "mirrored": {"mirrored": True}}.get(cut)
     if changed:
         return [Shot(sequence, i, **changed) for i in range(len(every))], sequence.rate_hz
+    if cut in DAMAGES:
+        return [Shot(sequence, i, damage=cut) for i in range(len(every))], sequence.rate_hz
     if cut == "reversed":
         return every[::-1], sequence.rate_hz
     if cut == "repeats":

@@ -10,16 +10,13 @@ import tempfile
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-try:
-    import numpy as np
-    from PIL import Image, ImageDraw
-except ModuleNotFoundError as error:  # --help needs neither
-    MISSING = error.name
-else:
-    MISSING = None
+import damaged_images
+from damaged_images import DAMAGES, MISSING, blurred, noisy, with_writing
+
+if not MISSING:
+    from PIL import Image
 
 JPEG_QUALITY = 95
-BLUR_STEPS = 16
 VIDEO_PIXEL_BITS = 0.05  # as of 720p at 30 images a second sent at 1.4 Mbit/s
 VIDEO_GROUP_S = 2
 SEQUENCES = ("7scenes_redkitchen", "euroc_mh01_excerpt", "uav_nadir_survey")
@@ -104,6 +101,7 @@ class Shot:
     noise: float = 0  # standard deviation, of 255
     mirrored: bool = False  # left and right change places, in the world as well
     writing: bool = False  # a display over the image, as many drones' videos have it
+    damage: str = ""  # one of DAMAGES
 
     def truth(self):
         """The camera's pose; where the image is turned, so is the camera. Of a mirrored world only the position."""
@@ -216,44 +214,6 @@ def resample(image, source, target, quarter_turns):
                                         Image.Resampling.BICUBIC)
 
 
-def blurred(image, length_px, seed):
-    """As if the camera had moved by that much, to one side, during the exposure."""
-    angle = np.random.default_rng(seed).uniform(0, math.pi)
-    total = np.zeros((image.height, image.width))
-    for along in np.linspace(-0.5, 0.5, BLUR_STEPS):
-        dx, dy = along * length_px * math.cos(angle), along * length_px * math.sin(angle)
-        total += np.asarray(image.transform(image.size, Image.Transform.AFFINE, (1, 0, dx, 0, 1, dy),
-                                            Image.Resampling.BILINEAR))
-    return Image.fromarray(np.rint(total / BLUR_STEPS).astype(np.uint8))
-
-
-def with_writing(image, number):
-    """What a display shows: lines of text that change, scales and a cross in the middle."""
-    image = image.copy()
-    draw = ImageDraw.Draw(image)
-    width, height = image.size
-    lines = [f"REC 00:{number // 60 % 60:02}:{number % 60:02}", "ISO 100  1/500  F2.8  4K",
-             f"BAT 78  SAT 17  H 45.{number % 10}m"]
-    for row, text in enumerate(lines):
-        draw.rectangle((8, 8 + 14 * row, 8 + 6 * len(text), 20 + 14 * row), fill=20)
-        draw.text((8, 8 + 14 * row), text, fill=255)
-    draw.text((width - 150, height - 20), f"N 47.3{number % 1000:03} E 8.5{7 * number % 1000:03}", fill=255)
-    x, y = width // 2, height // 2
-    for near, far in ((8, 30), (-8, -30)):
-        draw.line((x + near, y, x + far, y), fill=255, width=2)
-        draw.line((x, y + near, x, y + far), fill=255, width=2)
-    for tick in range(width // 3, 2 * width // 3, 12):
-        draw.line((tick, height - 14, tick, height - 6), fill=255)
-    for tick in range(height // 4, 3 * height // 4, 12):
-        draw.line((width - 24, tick, width - 14, tick), fill=255)
-    return image
-
-
-def noisy(image, sigma, seed):
-    values = np.asarray(image) + np.random.default_rng(seed).normal(0, sigma, (image.height, image.width))
-    return Image.fromarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))
-
-
 def write_image(shot, camera, folder, number):
     """Gives the file's name, relative to the dataset."""
     unchanged = shot == Shot(shot.sequence, shot.index) and shot.index is not None and camera == shot.sequence.camera
@@ -278,6 +238,8 @@ def write_image(shot, camera, folder, number):
             image = noisy(image, shot.noise, shot.index)
         if shot.writing:
             image = with_writing(image, number)
+        if shot.damage:
+            image = DAMAGES[shot.damage](image, shot.index)
     image.save(file, quality=JPEG_QUALITY)
     return file.relative_to(folder)
 
@@ -307,9 +269,9 @@ def write_dataset(folder, camera, rate_hz, shots, video=False):
     before in the same way stays."""
     shots = [(number, shot) for number, shot in enumerate(shots) if shot]
     assert not video or shots[-1][0] + 1 == len(shots), "a video of lost images"
-    recipe = [Path(__file__).read_text(), asdict(camera), rate_hz, video,
+    recipe = [Path(__file__).read_text(), Path(damaged_images.__file__).read_text(), asdict(camera), rate_hz, video,
               [(n, str(s.index is not None and s.sequence.images[s.index]), s.quarter_turns, s.brightness, s.blur_px, s.noise,
-                s.mirrored, s.writing) for n, s in shots]]
+                s.mirrored, s.writing, s.damage) for n, s in shots]]
     made_by = hashlib.sha256(json.dumps(recipe).encode()).hexdigest()
     stamp = folder / "made_by.txt"
     if stamp.is_file() and stamp.read_text() == made_by:

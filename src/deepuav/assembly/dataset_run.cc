@@ -181,19 +181,28 @@ DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions&
 
 bool DatasetRun::WasSpoilt(const SlamResult& result) const {
   if (result.stopped || !result.failure.empty()) return false;
-  const auto& readout = result.readout;
-  if (readout && readout->cost_share >= options_.system.mapping.readout.begin_anew_share)
-    return true;
-  if (WasLensOff(result)) return true;
-  if (result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share) return true;
+  return HidReadout(result) || HidWriting(result) || WasLensOff(result) ||
+         result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share;
+}
+
+bool DatasetRun::HidReadout(const SlamResult& result) const {
+  return result.readout &&
+         result.readout->cost_share >= options_.system.mapping.readout.begin_anew_share;
+}
+
+bool DatasetRun::HidWriting(const SlamResult& result) const {
   return !result.image_fixed.empty() &&
          result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
+}
+
+bool DatasetRun::WasBent(const SlamResult& result) const {
+  return HidReadout(result) || HidWriting(result) || !result.image_turns.empty();
 }
 
 bool DatasetRun::WasLensOff(const SlamResult& result) const {
   if (result.stopped || !result.failure.empty()) return false;
   const LensSearchOptions& search = options_.system.mapping.lens;
-  return search.whole && result.lens_shift_px >= search.begin_anew_px;
+  return (search.whole || !WasBent(result)) && result.lens_shift_px >= search.begin_anew_px;
 }
 
 bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
@@ -214,10 +223,12 @@ bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spo
   SystemOptions knowing = options_.system;
   const bool tells_readout = spoilt->result.readout.has_value();
   knowing.mapping.readout.refine_known |= tells_readout;
-  // What else a map says of its camera that writing or turns have bent is not to be relied on,
-  // but beside what few images told.
-  const bool knows_lens =
-      options_.system.mapping.lens.whole || (tells_readout && spoilt->result.image_turns.empty());
+  const bool was_lens_off = WasLensOff(spoilt->result);
+  // A calibration found wrong is none to stay near.
+  LensSearchOptions& search = knowing.mapping.lens;
+  if (was_lens_off) search.min_cost_share = std::min(search.min_cost_share, search.min_later_share);
+  const bool knows_lens = options_.system.mapping.lens.whole || was_lens_off ||
+                          (tells_readout && spoilt->result.image_turns.empty());
   Camera known = knows_lens ? spoilt->camera : camera;
   known.readout_s = spoilt->camera.readout_s;
   Eyes eyes(known, options_);

@@ -68,7 +68,13 @@ class DatasetRun {
   /// to be relied on, else with the one it began with. False, and `spoilt` as it is, where that
   /// ends early.
   bool PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt);
-  /// Whether the map was made with a guessed lens that is not that of its images.
+  /// Whether the map has what nobody told: a readout; writing; any of them, or turns of images,
+  /// which bend what it says of a calibration.
+  bool HidReadout(const SlamResult& result) const;
+  bool HidWriting(const SlamResult& result) const;
+  bool WasBent(const SlamResult& result) const;
+  /// Whether the map was made with a lens that is not that of its images: one that was guessed, or
+  /// that was told and a map contradicts that nothing else has bent.
   bool WasLensOff(const SlamResult& result) const;
   /// Whether a run begun anew told turns of images that the first one did not.
   bool TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,

@@ -22,6 +22,8 @@ struct LensSearchOptions {
   double tangential_sigma = 0.003;  ///< ...and of p1 and p2.
   int min_keyframes = 20;           ///< In the map.
   double min_cost_share = 0.03;     ///< By which the map's errors must fall...
+  double min_large_share = 0.005;   ///< ...or, among the errors of blurred or compressed images...
+  double large_px = 1;              ///< ...of a correction of this size in the mean of the image...
   double min_later_share =
       0.0001;  ///< ...and do in each round after: a calibration found wrong is none to stay near.
   double max_error_px = 0.1;  ///< Of the corrected calibration's lens model, root mean square.
@@ -48,6 +50,12 @@ struct LensSearchOptions {
           Between(2, 1'000'000));
     visit("min_cost_share", min_cost_share, "",
           "share of the cost of a map's errors that a first correction must save", Between(0, 1));
+    visit("min_large_share", min_large_share, "",
+          "share of the cost of a map's errors that a first correction of large_px must save",
+          Between(0, 1));
+    visit("large_px", large_px, "px",
+          "correction, root mean square over the image, from which min_large_share is enough",
+          Between(0, 1e6));
     visit("min_later_share", min_later_share, "",
           "share of the cost of a map's errors that each later correction must save",
           Between(0, 1));
@@ -57,10 +65,11 @@ struct LensSearchOptions {
           Above(0, 100));
     visit("max_rounds", max_rounds, "", "searches, each in the map that the last one's lens gives",
           Between(1, 100));
-    visit("begin_anew_px", begin_anew_px, "px",
-          "correction of all of a lens, in the mean of the image, from which on a dataset is run "
-          "once more with it from its first image on",
-          Above(0, 1e6));
+    visit(
+        "begin_anew_px", begin_anew_px, "px",
+        "correction in the mean of the image from which on a dataset is run once more with it from "
+        "its first image on",
+        Above(0, 1e6));
   }
 };
 

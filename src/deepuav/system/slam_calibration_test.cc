@@ -68,6 +68,24 @@ TEST(Slam, CorrectsACalibrationWithoutTheLensThatTheImagesHave) {
   });
 }
 
+TEST(Slam, ALargeCorrectionNeedsASmallerShareOfTheErrors) {
+  constexpr double kK1 = -0.03;  // About 6 px at the corners.
+  const SyntheticFlight flight =
+      Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), kK1);
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  options.mapping.lens.min_cost_share = 0.99;  // As among larger errors.
+  const Outcome corrected = Fly(flight, Schedule::kSequential, options);
+  ASSERT_TRUE(corrected.result.lens);
+  EXPECT_NEAR(corrected.slam->camera().distortion[0], kK1, 0.1 * std::abs(kK1));
+  EXPECT_GT(corrected.result.lens_shift_px, options.mapping.lens.large_px);
+  options.mapping.lens.large_px = 2 * corrected.result.lens_shift_px;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.lens) << "not large any more";
+  options.mapping.lens.large_px = 0;
+  options.mapping.lens.min_large_share = 0.99;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.lens) << "not told any more";
+}
+
 TEST(Slam, FollowsALensRoundByRoundWhereOneFindsTooLittle) {
   const SyntheticFlight flight =
       Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), -0.03);

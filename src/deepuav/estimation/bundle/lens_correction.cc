@@ -150,7 +150,7 @@ std::optional<LensCorrection> LensCorrection::Of(const Camera& calibrated,
   if (calibrated.lens == LensModel::kRadialTangential) camera = FitTo(rays, camera);
   if (!IsPossible(camera)) return std::nullopt;
   if (!(MeanErrorPx(camera, rays) <= max_error_px)) return std::nullopt;  // also if not a number
-  correction.mean_shift_px_ = MeanErrorPx(calibrated, rays);
+  correction.mean_shift_px_ = deepuav::MeanShiftPx(camera, calibrated);
   return correction;
 }
 

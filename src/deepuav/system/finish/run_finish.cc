@@ -56,8 +56,11 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
     StraightenStart(map, !seeks, stop, result);
     if (seeks) FindReadoutIn(map, stop, result);
     if (map == maps.front() && MayCorrectCalibration()) {
-      const auto corrected = CorrectCalibration(map, options_.mapping.lens, run_.mapper,
-                                                run_.camera, &result->frames, stop);
+      LensSearchOptions search = options_.mapping.lens;
+      // Images that turned while they were read bend what a map says of its lens.
+      if (!result->image_turns.empty()) search.min_large_share = search.min_cost_share;
+      const auto corrected =
+          CorrectCalibration(map, search, run_.mapper, run_.camera, &result->frames, stop);
       if (corrected) {
         result->lens = corrected->sigmas;
         result->lens_shift_px = corrected->shift_px;
