@@ -35,16 +35,24 @@ class UntoldLens(unittest.TestCase):
         cls.guess.write_text(f"model: auto\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {EXCESS * FOCAL_PX}\n"
                              f"fy: {EXCESS * FOCAL_PX}\ncx: {(WIDTH - 1) / 2}\ncy: {(HEIGHT - 1) / 2}\n")
 
-    def run_from_guess(self, name, *more):
-        """The focal length that the run ended with, its error in metres and what it said."""
+    def run_with(self, camera, name, *more):
+        """The run's error in metres and what it said."""
         out = self.folder / name
-        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", self.guess,
+        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", camera,
                                         "--set", "mapping.lens.min_keyframes=5", *more),
                                 capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
         subprocess.run(command("eval", self.flight, out / "trajectory.txt", "--json", out / "eval.json"),
                        capture_output=True, timeout=TIMEOUT_S, check=True)
-        focal_px = float(re.search(r"^fx: (\S+)", (out / "camera.yaml").read_text(), re.MULTILINE).group(1))
-        return focal_px, json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
+        return json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
+
+    def ended_with(self, name, pattern):
+        """The number that the calibration written by a run has there."""
+        return float(re.search(pattern, (self.folder / name / "camera.yaml").read_text(), re.MULTILINE).group(1))
+
+    def run_from_guess(self, name, *more):
+        """The focal length that the run ended with, its error in metres and what it said."""
+        error_m, said = self.run_with(self.guess, name, *more)
+        return self.ended_with(name, r"^fx: (\S+)"), error_m, said
 
     def test_is_found_in_a_sample_and_mended_by_all_images(self):
         focal_px, error_m, said = self.run_from_guess("sample")
@@ -68,29 +76,20 @@ class UntoldLens(unittest.TestCase):
         told = self.folder / "told.yaml"
         told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {FOCAL_PX}\nfy: {FOCAL_PX}\n"
                         "cx: 381\ncy: 236\ndistortion: [-0.25, 0.08, 0, 0]\n")
-        kept_m, once_m, anew_m = (self.run_told(told, f"told-{number}", *more) for number, more in enumerate((
-            ("--set", "mapping.lens.enabled=false"), ("--set", "mapping.lens.begin_anew_px=1000"), ())))
-        self.assertLess(once_m[0], 0.6 * kept_m[0])
-        self.assertLess(anew_m[0], 0.6 * kept_m[0])
-        self.assertNotIn("once more", kept_m[1] + once_m[1])
-        _, *anew = anew_m[1].split("once more from the first image on")
+        kept_m, said_of_kept = self.run_with(told, "kept", "--set", "mapping.lens.enabled=false")
+        once_m, said_of_once = self.run_with(told, "once", "--set", "mapping.lens.begin_anew_px=1000")
+        anew_m, said_of_anew = self.run_with(told, "anew")
+        self.assertLess(once_m, 0.6 * kept_m)
+        self.assertLess(anew_m, 0.6 * kept_m)
+        self.assertNotIn("once more", said_of_kept + said_of_once)
+        _, *anew = said_of_anew.split("once more from the first image on")
         self.assertEqual(len(anew), 1, "the second map is of the right lens")
         for shift_px in re.findall(r"corrected by (\S+) px", anew[0]):
             self.assertLess(float(shift_px), 0.5, "the rest, not all of it once more")
-        distortion = re.search(r"^distortion: \[(\S+),", (self.folder / "told-2/camera.yaml").read_text(), re.MULTILINE)
-        self.assertAlmostEqual(float(distortion.group(1)), -0.28, delta=0.015, msg="half as wrong, at most")
-        _, live = self.run_told(told, "told-live", "--schedule", "live")
+        self.assertAlmostEqual(self.ended_with("anew", r"^distortion: \[(\S+),"), -0.28, delta=0.015,
+                               msg="half as wrong, at most")
+        _, live = self.run_with(told, "live", "--schedule", "live")
         self.assertNotIn("once more", live)
-
-    def run_told(self, camera, name, *more):
-        """The run's error in metres and what it said."""
-        out = self.folder / name
-        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", camera,
-                                        "--set", "mapping.lens.min_keyframes=5", *more),
-                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
-        subprocess.run(command("eval", self.flight, out / "trajectory.txt", "--json", out / "eval.json"),
-                       capture_output=True, timeout=TIMEOUT_S, check=True)
-        return json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
 
 
 if __name__ == "__main__":

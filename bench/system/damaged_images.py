@@ -52,7 +52,7 @@ def noisy(image, sigma, seed):
 
 
 def thermal(image, number):
-    """As a thermal camera shows it: warm is dark, two fifths of the contrast, soft, with columns of their own brightness and noise."""
+    """As a thermal camera shows it: warm is dark, two fifths of the contrast, soft, columns of their own brightness, noise."""
     values = 160 - np.asarray(image.filter(ImageFilter.GaussianBlur(1.5))) / 2.55
     values = values + np.random.default_rng(0).normal(0, 3, image.width)
     return noisy(Image.fromarray(np.clip(np.rint(values), 0, 255).astype(np.uint8)), 3, number)
