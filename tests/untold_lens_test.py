@@ -72,6 +72,26 @@ class UntoldLens(unittest.TestCase):
         self.assertAlmostEqual(focal_px, EXCESS * FOCAL_PX, delta=1)
         self.assertGreater(error_of_guess_m, 2 * error_m)
 
+    def test_a_told_focal_length_that_is_wrong_is_said_and_kept(self):
+        for name, factor, distortion in [("right", 1, "-0.28, 0.08, 0, 0"), ("long", 1.1, "-0.28, 0.08, 0, 0"),
+                                         ("short", 0.9, "-0.28, 0.08, 0, 0, 0.001")]:
+            told = self.folder / f"{name}.yaml"
+            told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {factor * FOCAL_PX}\n"
+                            f"fy: {factor * FOCAL_PX}\ncx: 381\ncy: 236\ndistortion: [{distortion}]\n")
+            _, said = self.run_with(told, name)
+            self.assertNotIn("once more", said, name)
+            self.assertAlmostEqual(self.ended_with(name, r"^fx: (\S+)"), factor * FOCAL_PX, delta=0.01, msg=name)
+            doubt = json.loads((self.folder / name / "summary.json").read_text())["doubtful_focal_length"]
+            if factor == 1:
+                self.assertIsNone(doubt)
+                self.assertNotIn("contradict", said)
+                continue
+            self.assertIn("contradict the focal length: a " + ("shorter" if factor > 1 else "longer"), said)
+            self.assertIn(f"distortion: [{distortion.split(',')[0]}", (self.folder / name / "camera.yaml").read_text())
+            self.assertAlmostEqual(doubt["told_px"], factor * FOCAL_PX, delta=0.01)
+            self.assertLess(abs(doubt["fits_better_px"] - FOCAL_PX), 0.8 * abs(doubt["told_px"] - FOCAL_PX), name)
+            self.assertTrue(0 < doubt["sigma_px"] < 0.02 * FOCAL_PX, doubt)
+
     def test_a_told_distortion_that_is_wrong_is_corrected(self):
         told = self.folder / "told.yaml"
         told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {FOCAL_PX}\nfy: {FOCAL_PX}\n"

@@ -155,6 +155,30 @@ Json ReadoutTable(const SlamResult& result, const RunFacts& facts) {
           {"sigma_ms", kMillisecondsASecond * result.readout->sigma_s}};
 }
 
+/// Of a told focal length that the images contradict, or null.
+Json FocalDoubtTable(const SlamResult& result, const RunFacts& facts) {
+  if (!result.focal_doubt) return nullptr;
+  const double better_px = result.focal_doubt->ratio * facts.calibration.camera.pinhole.fx;
+  return {{"told_px", facts.calibration.start_focal_px},
+          {"fits_better_px", better_px},
+          {"sigma_px", result.focal_doubt->sigma * better_px}};
+}
+
+Json CountsTable(const SlamResult& result, const RunFacts& facts, int located) {
+  const auto processed = static_cast<int>(result.frames.size());
+  return {{"images", facts.images},
+          {"unreadable", facts.unreadable},
+          {"damaged", facts.damaged},
+          {"skipped_late", result.skipped_late},
+          {"processed", processed},
+          {"tracked_online", CountTrackedOnline(result)},
+          {"located", located},
+          {"reckoned", CountReckoned(result)},
+          {"inferred", CountInferred(result)},
+          {"lost", processed - located},
+          {"forgotten", result.forgotten_frames}};
+}
+
 Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts) {
   const FrameCounts frames = FramesByMap(atlas, result);
   Json maps = Json::array();
@@ -170,7 +194,6 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
     located += count;
   }
   const MapId main = MainMap(frames);
-  const auto processed = static_cast<int>(result.frames.size());
   Json summary = {{"version", DEEPUAV_VERSION},
                   {"dataset",
                    {{"path", facts.dataset_path},
@@ -178,19 +201,9 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                     {"camera_file", facts.camera_file}}},
                   {"schedule", facts.schedule},
                   {"stopped_early", result.stopped},
-                  {"frames",
-                   {{"images", facts.images},
-                    {"unreadable", facts.unreadable},
-                    {"damaged", facts.damaged},
-                    {"skipped_late", result.skipped_late},
-                    {"processed", processed},
-                    {"tracked_online", CountTrackedOnline(result)},
-                    {"located", located},
-                    {"reckoned", CountReckoned(result)},
-                    {"inferred", CountInferred(result)},
-                    {"lost", processed - located},
-                    {"forgotten", result.forgotten_frames}}},
+                  {"frames", CountsTable(result, facts, located)},
                   {"found_readout", ReadoutTable(result, facts)},
+                  {"doubtful_focal_length", FocalDoubtTable(result, facts)},
                   {"main_map", main.valid() ? numbers.at(main) : main.value},
                   {"maps", maps},
                   {"sensors", SensorTable(facts)},

@@ -43,6 +43,12 @@ void SeeAsTaken(const Camera& camera, BundleProblem* problem) {
   });
 }
 
+/// What the priors of focal length and principal point are about.
+void HoldTo(const Pinhole& told, BundleProblem* problem) {
+  problem->focal_guess_px = told.fx;
+  problem->centre_guess_px = Eigen::Vector2d(told.cx, told.cy);
+}
+
 /// Adjusts as known, then with the lens free.
 std::optional<FoundLens> Search(const BundleOptions& known, const BundleOptions& freed,
                                 const LensSearchOptions& options, const std::function<bool()>& stop,
@@ -95,8 +101,7 @@ std::optional<FoundLens> FindWholeLens(const Map& map, const Camera& camera, con
   BundleWindow window = MakeBundleWindow(map, AllKeyframes(map), camera.pinhole);
   BundleProblem& problem = window.problem;
   SeeAsTaken(camera, &problem);
-  problem.focal_guess_px = told.fx;
-  problem.centre_guess_px = Eigen::Vector2d(told.cx, told.cy);
+  HoldTo(told, &problem);
   BundleOptions freed = FreeingTheLens(bundle, options);
   freed.refine_focal = freed.refine_centre = freed.refine_tangential = true;
   // These are about none, not about the calibration's.
@@ -110,8 +115,9 @@ std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const BundleOptions& bundle, const LensSearchOptions& options,
                                   const std::function<bool()>& stop) {
   if (map.KeyframeCount() < options.min_keyframes) return std::nullopt;
-  return Search(bundle, FreeingTheLens(bundle, options), options, stop,
-                MakeBundleWindow(map, AllKeyframes(map), pinhole));
+  BundleWindow window = MakeBundleWindow(map, AllKeyframes(map), pinhole);
+  HoldTo(pinhole, &window.problem);
+  return Search(bundle, FreeingTheLens(bundle, options), options, stop, std::move(window));
 }
 
 }  // namespace deepuav

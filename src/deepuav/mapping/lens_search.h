@@ -12,7 +12,8 @@ namespace deepuav {
 
 /// How far a calibration is trusted, and when what a map says against it counts. Only its radial
 /// distortion is searched for, as focal length and centre take up what else does not fit, such as a
-/// shutter's readout; but for one that a few images told, of which all may be off.
+/// shutter's readout; but for one that a few images told, of which all may be off. A told focal
+/// length may be put in doubt, and stays.
 struct LensSearchOptions {
   bool enabled = true;
   double radial_sigma = 0.05;       ///< Of a calibration's k1 and k2.
@@ -29,12 +30,18 @@ struct LensSearchOptions {
   double max_error_px = 0.1;  ///< Of the corrected calibration's lens model, root mean square.
   int max_rounds = 10;        ///< Searches, each in the map that the last one's lens gives.
   double begin_anew_px = 2;   ///< Correction in the mean of the image by which the map was spoilt.
+  double doubted_focal_sigma = 0.5;  ///< Of a told focal length, over itself, in doubt; wrong is...
+  double min_focal_error = 0.01;     ///< ...one that is so far off...
+  double min_focal_sigmas = 5;       ///< ...by so many standard deviations...
+  double min_focal_share = 0.005;    ///< ...for so much of the errors that any other lens leaves.
 
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("enabled", enabled, "",
-          "correct the distortion of a calibration that a map contradicts, at the end of a run");
+    visit(
+        "enabled", enabled, "",
+        "correct the distortion of a calibration that a map contradicts, at the end of a run, and "
+        "say where it contradicts the focal length");
     visit("radial_sigma", radial_sigma, "", "standard deviation of a calibration's k1 and k2",
           Above(0, 100));
     visit("whole", whole, "",
@@ -70,6 +77,19 @@ struct LensSearchOptions {
         "correction in the mean of the image from which on a dataset is run once more with it from "
         "its first image on",
         Above(0, 1e6));
+    visit("doubted_focal_sigma", doubted_focal_sigma, "",
+          "standard deviation of a told focal length, as a share of it, when the map is asked "
+          "whether it is wrong",
+          Above(0, 10));
+    visit("min_focal_error", min_focal_error, "",
+          "error from which on a told focal length is said to be wrong, as a share of it",
+          Between(0, 10));
+    visit("min_focal_sigmas", min_focal_sigmas, "",
+          "the same, in standard deviations of what the map tells", Between(0, 1e6));
+    visit("min_focal_share", min_focal_share, "",
+          "share of the errors that the rest of the lens leaves which another focal length must "
+          "save then",
+          Between(0, 1));
   }
 };
 
@@ -79,6 +99,14 @@ struct FoundLens {
   CalibrationSigmas sigmas;
   double cost_share = 0;  ///< Of the map's errors that it saves.
   BundleWindow adjusted;  ///< The map as that lens has it.
+};
+
+/// A focal length that a map contradicts.
+struct FocalDoubt {
+  /// Of one under which the map fits better: as it was made with the told one, only a part of the
+  /// way to the true one.
+  double ratio = 1;
+  double sigma = 0;  ///< Of the ratio, of noise alone.
 };
 
 /// How a map of undistorted pixels is adjusted with its lens free, as far as it is searched for.
@@ -96,7 +124,8 @@ std::optional<FoundLens> FindWholeLens(const Map& map, const Camera& camera, con
                                        const std::function<bool()>& stop = nullptr);
 
 /// The distortion under which the observations of an adjusted map fit best, poses and landmarks
-/// free; they are left as they are. Nothing where `pinhole` alone is about as good.
+/// free; they are left as they are. Nothing where `pinhole` alone is about as good. With
+/// LensSearchOptions::whole another pinhole as well, for pixels that any lens left undistorted.
 std::optional<FoundLens> FindLens(const Map& map, const Pinhole& pinhole,
                                   const BundleOptions& bundle, const LensSearchOptions& options,
                                   const std::function<bool()>& stop = nullptr);

@@ -267,14 +267,11 @@ void Mapper::Relocate(MapId map, const std::vector<KeyframeRelocation>& relocati
   deepuav::Relocate(relocations, &atlas_->At(map));
 }
 
-std::optional<FoundLens> Mapper::SearchLens(MapId map, double min_cost_share,
+std::optional<FoundLens> Mapper::SearchLens(MapId map, const LensSearchOptions& options,
                                             const std::function<bool()>& stop) const {
   const StageScope stage(stages_, "search lens");
-  LensSearchOptions options = options_.lens;
-  options.min_cost_share = min_cost_share;
-  options.whole = SearchesWholeLens();
   const Map& searched = atlas_->At(map);
-  if (options.whole)
+  if (options.whole && IsWhollySearchable(camera_))
     return FindWholeLens(searched, camera_, told_pinhole_, options_.global_bundle, options, stop);
   return FindLens(searched, camera_.pinhole, options_.global_bundle, options, stop);
 }

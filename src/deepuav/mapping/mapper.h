@@ -135,11 +135,11 @@ class Mapper {
   /// Gives keyframes of a map other poses and observations: deepuav::Relocate.
   void Relocate(MapId map, const std::vector<KeyframeRelocation>& relocations);
 
-  /// Whether all of the lens is searched for: FindWholeLens, else FindLens.
+  /// Whether all of the lens is to be searched for.
   bool SearchesWholeLens() const { return options_.lens.whole && IsWhollySearchable(camera_); }
-  /// What a map that was adjusted says of a calibration that does not fit, with another least share
-  /// of the errors that it must save.
-  std::optional<FoundLens> SearchLens(MapId map, double min_cost_share,
+  /// What a map that was adjusted says of a calibration that does not fit: FindWholeLens where
+  /// that is asked for and can be, else FindLens.
+  std::optional<FoundLens> SearchLens(MapId map, const LensSearchOptions& options,
                                       const std::function<bool()>& stop = nullptr) const;
   /// What a map that was adjusted says of how long its camera takes to read an image: FindReadout.
   std::optional<FoundReadout> SearchReadout(MapId map,

@@ -109,6 +109,46 @@ TEST(Slam, LeavesACalibrationThatFitsAsItIs) {
   EXPECT_EQ(run.slam->camera().lens, LensModel::kPinhole);
 }
 
+TEST(Slam, SaysThatAToldFocalLengthIsWrong) {
+  SyntheticFlight flight = MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3);
+  const double true_fx = flight.camera.pinhole.fx;
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  for (const double factor : {0.9, 1.0, 1.1}) {
+    // Pixels of a camera without lens do not depend on what is known of it.
+    flight.camera.pinhole.fx = flight.camera.pinhole.fy = factor * true_fx;
+    const Outcome run = Fly(flight, Schedule::kSequential, options);
+    EXPECT_EQ(run.result.focal_doubt.has_value(), factor != 1) << factor;
+    EXPECT_EQ(run.slam->camera().pinhole.fx, factor * true_fx) << "kept as told";
+    EXPECT_EQ(run.slam->camera().lens, LensModel::kPinhole) << "and its distortion";
+    if (const auto& doubt = run.result.focal_doubt) {
+      EXPECT_LT(std::abs(factor * doubt->ratio - 1), 0.7 * std::abs(factor - 1)) << "nearer to it";
+      EXPECT_GT(doubt->sigma, 0);
+    }
+  }
+  options.mapping.lens.min_focal_error = 0.3;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.focal_doubt) << "borne now";
+  options.mapping.lens.min_focal_error = 0;
+  options.mapping.lens.min_focal_sigmas = 1e6;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.focal_doubt) << "unsure now";
+  options.mapping.lens.min_focal_sigmas = 0;
+  options.mapping.lens.min_focal_share = 0.9;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.focal_doubt) << "useless now";
+  options.mapping.lens.min_focal_share = 0;
+  options.mapping.lens.whole = true;
+  EXPECT_FALSE(Fly(flight, Schedule::kSequential, options).result.focal_doubt) << "none was told";
+}
+
+TEST(Slam, AWrongDistortionDoesNotMakeAFocalLengthWrong) {
+  const SyntheticFlight flight =
+      Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), -0.1);
+  SystemOptions options;
+  options.mapping.lens.min_keyframes = 5;
+  const Outcome run = Fly(flight, Schedule::kSequential, options);
+  EXPECT_FALSE(run.result.focal_doubt);
+  EXPECT_TRUE(run.result.lens) << "corrected";
+}
+
 TEST(Slam, MendsAllOfALensThatIsNoMoreThanAGuess) {
   constexpr double kK1 = -0.03;
   SyntheticFlight flight = Distorted(MakeFlight(BoxWorld(), WeavingPath(100), kNoise, 3), kK1);

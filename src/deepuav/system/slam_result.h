@@ -33,7 +33,8 @@ struct SlamResult {
   MapCovariances covariances;                         ///< Of the keyframes, in the end.
   std::optional<CalibrationSigmas> lens;              ///< Where the images corrected it...
   double lens_shift_px = 0;                           ///< ...by so much, in the mean of the image.
-  std::optional<FoundReadout> readout;                ///< Where nobody told it and the images do.
+  std::optional<FocalDoubt> focal_doubt;  ///< Where one was told that the largest map contradicts.
+  std::optional<FoundReadout> readout;    ///< Where nobody told it and the images do.
   /// How the camera turned while its rolling shutter read each image, where only the images tell.
   std::map<Timestamp, ReadoutMotion> image_turns;
   double image_turns_saved_share = 0;  ///< ImageTurns::saved_share, before these were known.

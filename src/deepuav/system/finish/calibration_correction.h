@@ -21,4 +21,10 @@ std::optional<CorrectedCalibration> CorrectCalibration(MapId map, const LensSear
                                                        std::vector<FrameRecord>* records,
                                                        const std::function<bool()>& stop);
 
+/// Whether a map says that the focal length it was made with is wrong; nothing is changed. Nothing
+/// where the map does not contradict it, and of an equidistant lens.
+std::optional<FocalDoubt> DoubtFocal(MapId map, const LensSearchOptions& options,
+                                     const Camera& camera, const Mapper& mapper,
+                                     const std::function<bool()>& stop);
+
 }  // namespace deepuav

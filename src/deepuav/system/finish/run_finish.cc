@@ -55,18 +55,25 @@ void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
     if (refine) Log().info("focal length refined to {:.1f} px", run_.camera->pinhole.fx);
     StraightenStart(map, !seeks, stop, result);
     if (seeks) FindReadoutIn(map, stop, result);
-    if (map == maps.front() && MayCorrectCalibration()) {
-      LensSearchOptions search = options_.mapping.lens;
-      // Images that turned while they were read bend what a map says of its lens.
-      if (!result->image_turns.empty()) search.min_large_share = search.min_cost_share;
-      const auto corrected =
-          CorrectCalibration(map, search, run_.mapper, run_.camera, &result->frames, stop);
-      if (corrected) {
-        result->lens = corrected->sigmas;
-        result->lens_shift_px = corrected->shift_px;
-      }
-    }
+    if (map == maps.front() && MayCorrectCalibration()) CheckCalibration(map, stop, result);
     if (stop()) break;
+  }
+}
+
+void RunFinish::CheckCalibration(MapId map, const Stop& stop, SlamResult* result) const {
+  LensSearchOptions search = options_.mapping.lens;
+  // Images that turned while they were read bend what a map says of its lens.
+  if (!result->image_turns.empty()) search.min_large_share = search.min_cost_share;
+  const bool is_bent = result->readout || !result->image_turns.empty();
+  if (!search.whole && !is_bent && !result->stopped)
+    result->focal_doubt = DoubtFocal(map, search, *run_.camera, *run_.mapper, stop);
+  // A distortion would take up a part of what is wrong with the focal length, and hide it.
+  if (result->focal_doubt) return;
+  const auto corrected =
+      CorrectCalibration(map, search, run_.mapper, run_.camera, &result->frames, stop);
+  if (corrected) {
+    result->lens = corrected->sigmas;
+    result->lens_shift_px = corrected->shift_px;
   }
 }
 

@@ -69,6 +69,8 @@ class RunFinish {
                              SlamResult* result) const;
   /// Loaded maps were made with the calibration as it is.
   bool MayCorrectCalibration() const;
+  /// Corrects what the largest map may correct of it, unless that contradicts the focal length.
+  void CheckCalibration(MapId map, const Stop& stop, SlamResult* result) const;
   /// Of a guess, where the images tell nothing of the lens.
   bool FixesMayTellFocalIn(MapId map) const;
   /// Whether the adjustment refines the focal length: with the largest map.
