@@ -168,6 +168,7 @@ class WrongInput(CommandTest):
         run = ["run", dataset, "--out", self.out]
         for arguments in (["eval", pipe, good], ["eval", good, pipe], ["map", "info", pipe],
                           ["map", "export", pipe, "--format", "ply", "--out", self.folder / "points.ply"],
+                          ["map", "merge", pipe, pipe, "--out", self.folder / "merged"], ["match", "--pairs", pipe],
                           [*run, "--model", pipe], [*run, "--set", f"features.model={pipe}"],
                           [*run, "--set", f"places.vocabulary={pipe}"], ["match", pipe, pipe],
                           ["run", dataset, "--out", self.out, "--camera", pipe, "--set", "features.model=x.onnx"],

@@ -9,16 +9,19 @@ import json
 import os
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
+import time
 import unittest
 import zlib
 from pathlib import Path
 
 import layered_scene
-from map_fixtures import MODEL, MapTest, NEW, OLD_FRAMES, ROOT, SCENE, call, info, run_arguments, setUpModule, succeed
-from program_under_test import WRONG_USE, main
+from map_fixtures import (ENVIRONMENT, MODEL, MapTest, NEW, OLD_FRAMES, ROOT, SCENE, call, info, run_arguments, setUpModule,
+                          succeed)
+from program_under_test import WRONG_USE, command, main
 
 
 def python_with(module):
@@ -106,6 +109,18 @@ class Export(MapTest):
         self.assertFalse((self.folder / "ortho.tif").exists())
         succeed(*arguments, "--images", SCENE)
         self.assertTrue((self.folder / "ortho.tif").exists())
+
+    def test_a_signal_leaves_no_part_of_an_orthophoto(self):
+        arguments = ("map", "export", self.map, "--format", "orthophoto", "--out", self.folder / "ortho.tif",
+                     "--resolution", "0.001")
+        with subprocess.Popen(command(*arguments), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              env=ENVIRONMENT) as process:
+            while not list(self.folder.glob("*.tmp")) and process.poll() is None:
+                time.sleep(0.001)
+            self.assertIsNone(process.poll(), "ended before it was met at work")
+            process.send_signal(signal.SIGTERM)
+            self.assertIn(process.wait(timeout=60), (143, -signal.SIGTERM))
+        self.assertEqual(list(self.folder.iterdir()), [])
 
     def test_points_without_images_are_grey(self):
         alone = self.folder / "alone.deepuav"

@@ -229,7 +229,6 @@ class Run(CommandTest):
 
     def test_nothing_more_fits_on_the_disk(self):
         def limit_files():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (400, 400))
 
         result = call(*run_arguments(self.short, self.out), preexec_fn=limit_files)

@@ -59,6 +59,11 @@ class SimulateMisuse(SimulateTest):
                 self.expect_failure(result, FAILURE, *parts)
                 self.assertLess(time.monotonic() - began, 60)
 
+    def test_a_hundred_laps_of_a_shipped_flight_are_refused(self):
+        result = call("simulate", "--flight", "orbit", "--frames", 1, "--out", self.folder / "hundred",
+                      "--set", "course.laps=100")
+        self.expect_failure(result, FAILURE, "s to fly", "course.laps")
+
     def test_a_long_course_is_planned_soon(self):
         out = self.folder / "ten-laps"
         began = time.monotonic()

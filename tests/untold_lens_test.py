@@ -73,7 +73,7 @@ class UntoldLens(unittest.TestCase):
         self.assertGreater(error_of_guess_m, 2 * error_m)
 
     def test_a_told_focal_length_that_is_wrong_is_said_and_kept(self):
-        for name, factor, distortion in [("right", 1, "-0.28, 0.08, 0, 0"), ("long", 1.1, "-0.28, 0.08, 0, 0"),
+        for name, factor, distortion in [("right", 1, "-0.28, 0.08, 0, 0"), ("long", 1.1, "-0.28, 0.08, 0, 0"), ("twice", 2, "-0.28, 0.08, 0, 0"),
                                          ("short", 0.9, "-0.28, 0.08, 0, 0, 0.001")]:
             told = self.folder / f"{name}.yaml"
             told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {factor * FOCAL_PX}\n"
