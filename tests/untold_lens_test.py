@@ -72,30 +72,53 @@ class UntoldLens(unittest.TestCase):
         self.assertAlmostEqual(focal_px, EXCESS * FOCAL_PX, delta=1)
         self.assertGreater(error_of_guess_m, 2 * error_m)
 
-    def test_a_told_focal_length_that_is_wrong_is_said_and_kept(self):
-        for name, factor, distortion in [("right", 1, "-0.28, 0.08, 0, 0"), ("long", 1.1, "-0.28, 0.08, 0, 0"), ("twice", 2, "-0.28, 0.08, 0, 0"),
+    def told(self, name, focal_px, distortion="-0.28, 0.08, 0, 0"):
+        """A calibration of the flight's camera."""
+        path = self.folder / f"{name}.yaml"
+        path.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {focal_px}\nfy: {focal_px}\n"
+                        f"cx: 381\ncy: 236\ndistortion: [{distortion}]\n")
+        return path
+
+    def doubt_of(self, name):
+        return json.loads((self.folder / name / "summary.json").read_text())["doubtful_focal_length"]
+
+    def test_a_told_focal_length_that_is_right_is_kept(self):
+        _, said = self.run_with(self.told("right", FOCAL_PX), "right")
+        self.assertNotIn("once more", said)
+        self.assertNotIn("contradict", said)
+        self.assertIsNone(self.doubt_of("right"))
+        self.assertAlmostEqual(self.ended_with("right", r"^fx: (\S+)"), FOCAL_PX, delta=0.01)
+
+    def test_a_told_focal_length_that_is_wrong_is_found(self):
+        for name, factor, distortion in [("long", 1.1, "-0.28, 0.08, 0, 0"), ("twice", 2, "-0.28, 0.08, 0, 0"),
                                          ("short", 0.9, "-0.28, 0.08, 0, 0, 0.001")]:
-            told = self.folder / f"{name}.yaml"
-            told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {factor * FOCAL_PX}\n"
-                            f"fy: {factor * FOCAL_PX}\ncx: 381\ncy: 236\ndistortion: [{distortion}]\n")
-            _, said = self.run_with(told, name)
-            self.assertNotIn("once more", said, name)
-            self.assertAlmostEqual(self.ended_with(name, r"^fx: (\S+)"), factor * FOCAL_PX, delta=0.01, msg=name)
-            doubt = json.loads((self.folder / name / "summary.json").read_text())["doubtful_focal_length"]
-            if factor == 1:
-                self.assertIsNone(doubt)
-                self.assertNotIn("contradict", said)
-                continue
+            error_m, said = self.run_with(self.told(name, factor * FOCAL_PX, distortion), name)
             self.assertIn("contradict the focal length: a " + ("shorter" if factor > 1 else "longer"), said)
-            self.assertIn(f"distortion: [{distortion.split(',')[0]}", (self.folder / name / "camera.yaml").read_text())
+            self.assertIn("once more from the first image on", said)
+            focal_px = self.ended_with(name, r"^fx: (\S+)")
+            self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.01 * FOCAL_PX, msg=name)
+            self.assertLess(error_m, 0.05, name)
+            doubt = self.doubt_of(name)
             self.assertAlmostEqual(doubt["told_px"], factor * FOCAL_PX, delta=0.01)
-            self.assertLess(abs(doubt["fits_better_px"] - FOCAL_PX), 0.8 * abs(doubt["told_px"] - FOCAL_PX), name)
-            self.assertTrue(0 < doubt["sigma_px"] < 0.02 * FOCAL_PX, doubt)
+            self.assertAlmostEqual(doubt["fits_better_px"], focal_px, delta=0.01)
+            self.assertTrue(0 < doubt["sigma_px"] < 0.01 * FOCAL_PX, doubt)
+
+    def test_a_told_focal_length_that_is_wrong_is_kept_where_no_sample_confirms_it(self):
+        told_px = 1.1 * FOCAL_PX
+        told = self.told("unconfirmed", told_px)
+        for name, *options in [("no_sample", "--set", "survey.min_map_views=1000"), ("live", "--schedule", "live")]:
+            _, said = self.run_with(told, name, *options)
+            self.assertIn("contradict the focal length: a shorter", said)
+            self.assertNotIn("once more", said, name)
+            self.assertEqual("a sample of the images does not say so" in said, name == "no_sample")
+            self.assertAlmostEqual(self.ended_with(name, r"^fx: (\S+)"), told_px, delta=0.01, msg=name)
+            self.assertAlmostEqual(self.ended_with(name, r"^distortion: \[(\S+),"), -0.28, delta=1e-6)
+            doubt = self.doubt_of(name)
+            self.assertAlmostEqual(doubt["told_px"], told_px, delta=0.01)
+            self.assertLess(abs(doubt["fits_better_px"] - FOCAL_PX), 0.8 * abs(told_px - FOCAL_PX), name)
 
     def test_a_told_distortion_that_is_wrong_is_corrected(self):
-        told = self.folder / "told.yaml"
-        told.write_text(f"model: radial_tangential\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {FOCAL_PX}\nfy: {FOCAL_PX}\n"
-                        "cx: 381\ncy: 236\ndistortion: [-0.25, 0.08, 0, 0]\n")
+        told = self.told("bent", FOCAL_PX, "-0.25, 0.08, 0, 0")
         kept_m, said_of_kept = self.run_with(told, "kept", "--set", "mapping.lens.enabled=false")
         once_m, said_of_once = self.run_with(told, "once", "--set", "mapping.lens.begin_anew_px=1000")
         anew_m, said_of_anew = self.run_with(told, "anew")

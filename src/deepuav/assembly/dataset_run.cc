@@ -141,21 +141,28 @@ void DatasetRun::RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& h
 
 void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,
                             const RunHooks& hooks, FinishedRun* run) {
-  const bool began_in_maps = loaded.has_value();
+  const bool may_begin_anew = schedule_ != Schedule::kLive && !loaded;
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
-  if (schedule_ != Schedule::kLive && !began_in_maps && WasSpoilt(pass.result)) {
-    told_pinhole_ = camera.pinhole;
+  std::optional<SampleCalibration> sample;
+  if (const auto& doubt = pass.result.focal_doubt; doubt && may_begin_anew)
+    sample = ConfirmBySample(doubt->ratio, dataset_.get(), options_, hooks.stop);
+  const bool by_sample = sample && PassBySample(*sample, hooks, &pass);
+  const Camera& began_with = by_sample ? sample->camera : camera;
+  if (may_begin_anew && WasSpoilt(pass.result)) {
+    told_pinhole_ = began_with.pinhole;
     const std::map<Timestamp, ReadoutMotion> known = pass.result.image_turns;
     // The map may have begun where the first one had lost its images, and a lens that was far off
     // is found by halves.
-    if (PassAnew(camera, hooks, &pass) &&
+    if (PassAnew(began_with, hooks, &pass) &&
         (TellsMoreTurns(known, pass.result) || WasLensOff(pass.result)))
-      PassAnew(camera, hooks, &pass);
+      PassAnew(began_with, hooks, &pass);
   }
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
   run->camera = pass.camera;
   lens_ = RefinedBy(run->result, run->camera, lens_);
+  if (by_sample)
+    run->result.focal_doubt = {run->camera.pinhole.fx / camera.pinhole.fx, lens_->sigmas.focal};
 }
 
 DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions& options,
@@ -214,12 +221,40 @@ bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
          options_.system.image_turns.begin_again_share * images_.count();
 }
 
-bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt) {
+bool DatasetRun::PassBySample(const SampleCalibration& sample, const RunHooks& hooks,
+                              Pass* doubted) {
+  BeginAnew(hooks);
+  SystemOptions mending = options_.system;
+  MendLensAtEnd(sample.lens, &mending);
+  Eyes eyes(sample.camera, options_);
+  Pass pass = PassOver(sample.camera, mending, &eyes, std::nullopt, hooks);
+  if (KeepsFirst(pass, doubted)) return false;
+  options_.system = mending;
+  lens_ = sample.lens;
+  *doubted = std::move(pass);
+  return true;
+}
+
+void DatasetRun::BeginAnew(const RunHooks& hooks) {
   Log().info("the map was spoilt before that was known: once more from the first image on");
   images_.Rewind();
-  images_.KnowTurns(spoilt->result.image_turns, options_.system.image_turns.sigma_rad);
   if (hooks.observer) hooks.observer->OnRestart();
   if (hooks.work) hooks.work("frames", 0, images_.count());
+}
+
+bool DatasetRun::KeepsFirst(const Pass& anew, Pass* first) {
+  const bool has_map = !anew.atlas.Remaining().empty();
+  if (!anew.result.stopped && anew.result.failure.empty() && has_map) return false;
+  Log().warn("that {}: the results are those of the first time",
+             has_map ? "ended early" : "found no map");
+  first->result.stopped = anew.result.stopped;
+  first->result.failure = anew.result.failure;
+  return true;
+}
+
+bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt) {
+  BeginAnew(hooks);
+  images_.KnowTurns(spoilt->result.image_turns, options_.system.image_turns.sigma_rad);
   SystemOptions knowing = options_.system;
   const bool tells_readout = spoilt->result.readout.has_value();
   knowing.mapping.readout.refine_known |= tells_readout;
@@ -233,14 +268,7 @@ bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spo
   known.readout_s = spoilt->camera.readout_s;
   Eyes eyes(known, options_);
   Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt->result.image_fixed);
-  const bool has_map = !pass.atlas.Remaining().empty();
-  if (pass.result.stopped || !pass.result.failure.empty() || !has_map) {
-    Log().warn("that {}: the results are those of the first time",
-               has_map ? "ended early" : "found no map");
-    spoilt->result.stopped = pass.result.stopped;
-    spoilt->result.failure = pass.result.failure;
-    return false;
-  }
+  if (KeepsFirst(pass, spoilt)) return false;
   if (!pass.result.readout) pass.result.readout = spoilt->result.readout;
   if (!pass.result.lens && knows_lens) pass.result.lens = spoilt->result.lens;
   // What was known of turns need not have been measured once more.

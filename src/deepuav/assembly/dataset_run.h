@@ -62,6 +62,12 @@ class DatasetRun {
   Pass PassOver(const Camera& camera, const SystemOptions& options, Eyes* eyes,
                 std::optional<LoadedAtlas> loaded, const RunHooks& hooks,
                 const ImageRegion& left_out = {});
+  /// Once more, with the lens that a sample told, mended at the end. False, and `doubted` as it is,
+  /// where that ends early.
+  bool PassBySample(const SampleCalibration& sample, const RunHooks& hooks, Pass* doubted);
+  void BeginAnew(const RunHooks& hooks);
+  /// Whether a pass begun anew ended early, so that the first one's results stay.
+  static bool KeepsFirst(const Pass& anew, Pass* first);
   /// Whether the map was made without what the pass found out by its end.
   bool WasSpoilt(const SlamResult& result) const;
   /// Once more, without what `spoilt` left out; with the camera that it ended with where that is

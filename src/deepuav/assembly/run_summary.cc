@@ -158,8 +158,9 @@ Json ReadoutTable(const SlamResult& result, const RunFacts& facts) {
 /// Of a told focal length that the images contradict, or null.
 Json FocalDoubtTable(const SlamResult& result, const RunFacts& facts) {
   if (!result.focal_doubt) return nullptr;
-  const double better_px = result.focal_doubt->ratio * facts.calibration.camera.pinhole.fx;
-  return {{"told_px", facts.calibration.start_focal_px},
+  const double told_px = facts.calibration.start_focal_px;
+  const double better_px = result.focal_doubt->ratio * told_px;
+  return {{"told_px", told_px},
           {"fits_better_px", better_px},
           {"sigma_px", result.focal_doubt->sigma * better_px}};
 }

@@ -21,6 +21,11 @@ constexpr double kRollingS = 0.008;
 constexpr double kSampleTrust = 2, kLeastSampleError = 0.002;
 /// The lens counts if the map holds this share of them and tells the focal length so well.
 constexpr double kMinShare = 0.5, kMaxFocalSigma = 0.05;
+/// Of a told focal length that the map contradicts, over itself, as of one that nobody measured.
+constexpr double kDoubtedFocalSigma = 0.1;
+/// As far from a told focal length, at least, as a share of it and of the way to where the map
+/// would have it, lies that of a sample that confirms the doubt: samples err, too.
+constexpr double kConfirmedError = 0.03, kConfirmedShare = 0.5;
 
 FrameRange SampleOf(const Dataset& dataset) {
   const double rate_hz = dataset.camera().rate_hz;
@@ -81,6 +86,23 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
   if (!IsGuess(focal_sigma)) return std::nullopt;
   DatasetImages images(dataset, SampleOf(*dataset));
   return CalibrateFromImages(dataset->camera(), focal_sigma, options, &images, stop);
+}
+
+std::optional<SampleCalibration> ConfirmBySample(double fitting_ratio, Dataset* dataset,
+                                                 const RunOptions& options,
+                                                 const std::function<bool()>& stop) {
+  // A distortion found with a wrong focal length is none to stay near.
+  Camera camera = dataset->camera();
+  camera.lens = LensModel::kPinhole;
+  camera.distortion.clear();
+  DatasetImages images(dataset, SampleOf(*dataset));
+  auto sample = CalibrateFromImages(camera, kDoubtedFocalSigma, options, &images, stop);
+  if (stop && stop()) return std::nullopt;
+  const double moved = sample ? std::log(sample->camera.pinhole.fx / camera.pinhole.fx) : 0;
+  if (std::abs(moved) >= kConfirmedError && moved / std::log(fitting_ratio) >= kConfirmedShare)
+    return sample;
+  Log().warn("a sample of the images does not say so, too: the focal length stays as it was told");
+  return std::nullopt;
 }
 
 }  // namespace deepuav

@@ -42,4 +42,11 @@ void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options);
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
                                                      const std::function<bool()>& stop);
 
+/// The same of a dataset whose focal length was told, and a map fits better with `fitting_ratio`
+/// times it: what else bends a map may look like that, so nothing where such images do not say so,
+/// too.
+std::optional<SampleCalibration> ConfirmBySample(double fitting_ratio, Dataset* dataset,
+                                                 const RunOptions& options,
+                                                 const std::function<bool()>& stop);
+
 }  // namespace deepuav
