@@ -77,10 +77,6 @@ int64_t NumberIn(const char* variable, int64_t otherwise) {
   return number > 0 ? number : otherwise;
 }
 
-uint64_t SeedOfRun() {
-  return static_cast<uint64_t>(NumberIn("DEEPUAV_FUZZ_SEED", static_cast<int64_t>(kSeed)));
-}
-
 int64_t PeakMemoryKiB() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -89,7 +85,11 @@ int64_t PeakMemoryKiB() {
 
 }  // namespace
 
-Mutator::Mutator(const Strings* seeds) : random_(SeedOfRun()), seeds_(seeds) {}
+uint64_t FuzzSeed() {
+  return static_cast<uint64_t>(NumberIn("DEEPUAV_FUZZ_SEED", static_cast<int64_t>(kSeed)));
+}
+
+Mutator::Mutator(const Strings* seeds) : random_(FuzzSeed()), seeds_(seeds) {}
 
 std::string Mutator::Next() {
   std::string input = AnySeed();
@@ -173,21 +173,17 @@ void Mutator::MoveLine(std::string* input) {
   if (random_.Index(2) == 0) input->insert(Position(*input), line);
 }
 
-void Fuzz(const Strings& seeds, int base_count, const std::function<void(const std::string&)>& read,
-          double min_refused_share) {
+FuzzCounts FuzzInputs(int base_count, const std::function<void(int64_t input)>& read_next) {
   const int64_t count = base_count * NumberIn("DEEPUAV_FUZZ_FACTOR", 1);
   const int64_t seconds = NumberIn("DEEPUAV_FUZZ_SECONDS", 0);
-  for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
   const int64_t memory_before = PeakMemoryKiB();
-  Mutator mutator(&seeds);
   int64_t refused = 0, i = 0;
   const Stopwatch since_start;
   for (; seconds > 0 ? since_start.Seconds() < static_cast<double>(seconds) : i < count; ++i) {
     if (::testing::Test::HasFailure()) break;
-    const std::string input = mutator.Next();
     const Stopwatch watch;
     try {
-      read(input);
+      read_next(i);
     } catch (const Error& error) {
       ++refused;
       EXPECT_EQ(std::string_view(error.what()).find('\n'), std::string_view::npos)
@@ -198,8 +194,16 @@ void Fuzz(const Strings& seeds, int base_count, const std::function<void(const s
     EXPECT_LT(watch.Seconds(), kMaxSecondsPerInput) << "input " << i;
     EXPECT_LT(PeakMemoryKiB() - memory_before, kMaxMemoryGrowthKiB) << "input " << i;
   }
-  EXPECT_GE(static_cast<double>(refused), min_refused_share * static_cast<double>(i));
   ::testing::Test::RecordProperty("inputs", std::to_string(i));
+  return {i, refused};
+}
+
+void Fuzz(const Strings& seeds, int base_count, const std::function<void(const std::string&)>& read,
+          double min_refused_share) {
+  for (const std::string& seed : seeds) ASSERT_NO_THROW(read(seed));
+  Mutator mutator(&seeds);
+  const auto [inputs, refused] = FuzzInputs(base_count, [&](int64_t) { read(mutator.Next()); });
+  EXPECT_GE(static_cast<double>(refused), min_refused_share * static_cast<double>(inputs));
 }
 
 }  // namespace deepuav

@@ -33,10 +33,20 @@ class Mutator {
   const std::vector<std::string>* seeds_;
 };
 
-/// Feeds damaged seeds to `read`, which must return or throw Error with one line, soon and in
-/// little memory: `base_count` times $DEEPUAV_FUZZ_FACTOR of them or, where $DEEPUAV_FUZZ_SECONDS
-/// is set, as many as that time allows. At least a share must be refused, and the seeds themselves
-/// must pass.
+/// What all inputs are drawn by: $DEEPUAV_FUZZ_SEED, where it is set.
+uint64_t FuzzSeed();
+
+struct FuzzCounts {
+  int64_t inputs = 0;
+  int64_t refused = 0;  ///< With an Error.
+};
+
+/// Has `read_next` draw and read input after input, which must return or throw Error with one line,
+/// soon and in little memory: `base_count` times $DEEPUAV_FUZZ_FACTOR of them or, where
+/// $DEEPUAV_FUZZ_SECONDS is set, as many as that time allows.
+FuzzCounts FuzzInputs(int base_count, const std::function<void(int64_t input)>& read_next);
+
+/// The same of damaged seeds. At least a share must be refused, and the seeds themselves must pass.
 void Fuzz(const std::vector<std::string>& seeds, int base_count,
           const std::function<void(const std::string&)>& read, double min_refused_share = 0.05);
 
