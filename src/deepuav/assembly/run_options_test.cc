@@ -63,6 +63,7 @@ TEST(RunOptions, ErrorsNameTheStructThatIsMeant) {
            {"mapping.reference.max_angle_deg", "0"},
            {"looping.memory_keyframes", "2"},
            {"mapping.model_noise.initial_sigma_px", "50"},
+           {"survey.max_unsettled_sigmas", "3"},
            {"initialiser.absolute_pose.confidence", "1"}}) {
     EXPECT_THAT(ErrorOfSetting(Runnable(), name, value),
                 HasSubstr("option " + name + " is " + value + ": expected"));

@@ -7,10 +7,11 @@
 
 namespace deepuav {
 
-void SurveyOptions::Check() const {
-  CheckOptions("survey", *this);
-  CheckOption(max_unsettled_sigmas >= max_patch_sigmas, "survey.max_unsettled_sigmas",
-              max_unsettled_sigmas, "at least survey.max_patch_sigmas");
+void SurveyOptions::Check() const { CheckOptions("survey", *this); }
+
+void SurveyOptions::CheckRelations() const {
+  CheckOption(max_unsettled_sigmas >= max_patch_sigmas, "max_unsettled_sigmas",
+              max_unsettled_sigmas, "at least max_patch_sigmas");
 }
 
 int ThreadsOf(const SurveyOptions& options) {

@@ -60,6 +60,7 @@ struct SurveyOptions {
   int threads = 0;         ///< That adjust a map; 0: one a core. They change nothing in the result.
 
   void Check() const;
+  void CheckRelations() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
     visit("enabled", enabled, "",
