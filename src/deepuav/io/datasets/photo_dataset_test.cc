@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "deepuav/io/cameras/found_camera.h"
@@ -216,6 +218,31 @@ TEST_F(PhotoDatasetTest, ReadsPngAndTiffToo) {
   ASSERT_EQ(gnss.fixes.size(), 1u);
   EXPECT_EQ(gnss.fixes[0].time, dataset->Time(0));
   EXPECT_EQ(dataset->Load(1).size(), cv::Size(64, 48));
+}
+
+TEST_F(PhotoDatasetTest, ReadsWebpAndBmpAndWhatThermalCamerasWrite) {
+  const std::string jpeg = EncodedImage(64, 48, 1, ".jpg");
+  const cv::Mat picture = cv::imdecode(std::vector<char>(jpeg.begin(), jpeg.end()), 0);
+  const auto write = [&](const char* name, const cv::Mat& image) {
+    ASSERT_TRUE(cv::imwrite(folder_.path() / name, image)) << name;
+  };
+  write("a.webp", picture);
+  write("b.bmp", picture);
+  cv::Mat kelvin, counts;
+  picture.convertTo(kelvin, CV_32F, 0.05, 280);
+  write("c.tif", kelvin);
+  picture.convertTo(counts, CV_16U, 20, 7000);
+  write("d.tiff", counts);
+  const auto dataset = Open();
+  ASSERT_EQ(dataset->size(), 4);
+  for (int i = 0; i < 4; ++i) {
+    const GreyImage image = dataset->Load(i);
+    ASSERT_EQ(image.size(), picture.size()) << i;
+    cv::Scalar mean, deviation, of_picture;
+    cv::meanStdDev(image, mean, deviation);
+    cv::meanStdDev(picture, mean, of_picture);
+    EXPECT_GT(deviation[0], 0.8 * of_picture[0]) << "nothing to see in image " << i;
+  }
 }
 
 }  // namespace

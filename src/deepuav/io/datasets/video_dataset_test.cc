@@ -193,5 +193,36 @@ TEST_F(BuildingVideoTest, DamageIsToldOfWhatBuildsOnItAndNotOfTheRest) {
   EXPECT_LT(damaged, kCount / 2);
 }
 
+TEST_F(BuildingVideoTest, OneCutInsideAGroupYieldsWhatComesBefore) {
+  std::vector<GreyImage> whole;
+  {
+    const auto dataset = OpenDataset(video_);
+    for (int i = 0; i < kCount; ++i) whole.push_back(dataset->Load(i).clone());
+  }
+  const std::string bytes = ReadAll(video_);
+  for (const double share : {0.35, 0.5, 0.62, 0.77}) {
+    folder_.Write("flight.avi",
+                  bytes.substr(0, static_cast<size_t>(share * static_cast<double>(bytes.size()))));
+    const auto dataset = OpenDataset(video_);
+    int same = 0, told = 0;
+    for (int i = 0; i < dataset->size(); ++i) {
+      const int damaged_before = dataset->damaged();
+      try {
+        const GreyImage image = dataset->Load(i);
+        ASSERT_EQ(image.size(), cv::Size(64, 48)) << share << ", frame " << i;
+        if (cv::norm(image, whole[static_cast<size_t>(i)], cv::NORM_INF) == 0)
+          ++same;
+        else
+          EXPECT_GT(dataset->damaged(), damaged_before) << share << ", frame " << i;
+      } catch (const Error& error) {
+        EXPECT_TRUE(std::string(error.what()).starts_with(video_.string() + " frame "));
+        ++told;
+      }
+    }
+    EXPECT_GT(same, kCount / 6) << share;
+    EXPECT_TRUE(told > 0 || dataset->damaged() > 0 || dataset->size() < kCount) << share;
+  }
+}
+
 }  // namespace
 }  // namespace deepuav
