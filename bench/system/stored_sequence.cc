@@ -1,9 +1,14 @@
 #include "stored_sequence.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
+
+#include "deepuav/inference/session.h"
 
 namespace deepuav {
 namespace {
@@ -48,6 +53,24 @@ Features ReadFeatures(std::istream& stream) {
   return features;
 }
 
+/// What the features of a file were made of: one that says anything else is stale.
+std::string Origin(const Dataset& dataset, const std::string& model) {
+  const Camera& camera = dataset.camera();
+  const Pinhole& pinhole = camera.pinhole;
+  return fmt::format(
+      "deepuav stored features 1\nmodel {}\n{} images of {} x {} from {} on\n"
+      "lens {} {} {} {} [{}]\n{} bytes a key point\n",
+      ModelSha256(model), dataset.size(), camera.width, camera.height,
+      dataset.size() > 0 ? dataset.Time(0).nanoseconds : 0, pinhole.fx, pinhole.fy, pinhole.cx,
+      pinhole.cy, fmt::join(camera.distortion, " "), sizeof(Keypoint));
+}
+
+bool IsFrom(const std::string& origin, std::istream& stream) {
+  std::string found(origin.size(), '\0');
+  stream.read(found.data(), static_cast<std::streamsize>(found.size()));
+  return stream && found == origin;
+}
+
 }  // namespace
 
 bool SetPart(const std::string& word, Part* part) {
@@ -67,7 +90,8 @@ bool SetPart(const std::string& word, Part* part) {
 std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
                                     const std::string& model) {
   std::vector<Features> all;
-  if (std::ifstream stored(file, std::ios::binary); stored) {
+  const std::string origin = Origin(*dataset, model);
+  if (std::ifstream stored(file, std::ios::binary); stored && IsFrom(origin, stored)) {
     for (int i = 0; i < dataset->size(); ++i) all.push_back(ReadFeatures(stored));
     return all;
   }
@@ -77,6 +101,7 @@ std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
   SuperPoint extractor(dataset->camera(), options, {});
   const std::string unfinished = file + ".unfinished";
   std::ofstream store(unfinished, std::ios::binary);
+  store << origin;
   for (int i = 0; i < dataset->size(); ++i) {
     WriteFeatures(store, extractor.Extract(dataset->Load(i)));
   }

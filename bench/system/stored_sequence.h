@@ -30,7 +30,8 @@ struct Part {
 /// Takes a word "name=value" that names a field of Part; false for another.
 bool SetPart(const std::string& word, Part* part);
 
-/// The features of all frames, from `file`; extracted with `model` and kept there where it is not.
+/// The features of all frames, from `file`; extracted with `model` and kept there where it is not,
+/// or is of another model, camera or sequence.
 std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
                                     const std::string& model);
 
