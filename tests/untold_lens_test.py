@@ -7,12 +7,13 @@ it.
 import json
 import os
 import re
+import signal
 import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-from program_under_test import TIMEOUT_S, command, main
+from program_under_test import TIMEOUT_S, UnderWay, command, main
 
 FOCAL_PX, EXCESS = 460, 1.25
 WIDTH, HEIGHT = 752, 480
@@ -35,12 +36,15 @@ class UntoldLens(unittest.TestCase):
         cls.guess.write_text(f"model: auto\nwidth: {WIDTH}\nheight: {HEIGHT}\nfx: {EXCESS * FOCAL_PX}\n"
                              f"fy: {EXCESS * FOCAL_PX}\ncx: {(WIDTH - 1) / 2}\ncy: {(HEIGHT - 1) / 2}\n")
 
+    def arguments(self, camera, name, *more):
+        return ("run", self.flight, "--out", self.folder / name, "--use", "camera", "--camera", camera,
+                "--set", "mapping.lens.min_keyframes=5", *more)
+
     def run_with(self, camera, name, *more):
         """The run's error in metres and what it said."""
         out = self.folder / name
-        result = subprocess.run(command("run", self.flight, "--out", out, "--use", "camera", "--camera", camera,
-                                        "--set", "mapping.lens.min_keyframes=5", *more),
-                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
+        result = subprocess.run(command(*self.arguments(camera, name, *more)), capture_output=True, text=True,
+                                timeout=TIMEOUT_S, check=True)
         subprocess.run(command("eval", self.flight, out / "trajectory.txt", "--json", out / "eval.json"),
                        capture_output=True, timeout=TIMEOUT_S, check=True)
         return json.loads((out / "eval.json").read_text())["ate_m"]["rmse"], result.stderr
@@ -94,6 +98,7 @@ class UntoldLens(unittest.TestCase):
                                          ("short", 0.9, "-0.28, 0.08, 0, 0, 0.001")]:
             error_m, said = self.run_with(self.told(name, factor * FOCAL_PX, distortion), name)
             self.assertIn("contradict the focal length: a " + ("shorter" if factor > 1 else "longer"), said)
+            self.assertIn("a sample of the images has 4", said)
             self.assertIn("once more from the first image on", said)
             focal_px = self.ended_with(name, r"^fx: (\S+)")
             self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.01 * FOCAL_PX, msg=name)
@@ -110,12 +115,21 @@ class UntoldLens(unittest.TestCase):
             _, said = self.run_with(told, name, *options)
             self.assertIn("contradict the focal length: a shorter", said)
             self.assertNotIn("once more", said, name)
-            self.assertEqual("a sample of the images does not say so" in said, name == "no_sample")
+            self.assertEqual("the images do not tell the lens" in said, name == "no_sample")
+            self.assertEqual("`model: auto`" in said, name == "live")
             self.assertAlmostEqual(self.ended_with(name, r"^fx: (\S+)"), told_px, delta=0.01, msg=name)
             self.assertAlmostEqual(self.ended_with(name, r"^distortion: \[(\S+),"), -0.28, delta=1e-6)
             doubt = self.doubt_of(name)
             self.assertAlmostEqual(doubt["told_px"], told_px, delta=0.01)
             self.assertLess(abs(doubt["fits_better_px"] - FOCAL_PX), 0.8 * abs(told_px - FOCAL_PX), name)
+        first = (self.folder / "no_sample" / "trajectory.txt").read_bytes()
+        for name, moment in (("in_sample", "contradict the focal length"), ("in_second", "once more from the first image on")):
+            run = UnderWay(self.folder / f"{name}.log", *self.arguments(told, name), stdout=subprocess.DEVNULL)
+            run.wait_for(moment)
+            run.process.send_signal(signal.SIGINT)
+            self.assertEqual(run.process.wait(TIMEOUT_S), 130)
+            self.assertTrue(json.loads((self.folder / name / "summary.json").read_text())["stopped_early"], name)
+            self.assertEqual((self.folder / name / "trajectory.txt").read_bytes(), first, name)
 
     def test_a_told_distortion_that_is_wrong_is_corrected(self):
         told = self.told("bent", FOCAL_PX, "-0.25, 0.08, 0, 0")

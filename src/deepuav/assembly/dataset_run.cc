@@ -101,6 +101,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
     RunInOrder(camera, &eyes, std::move(loaded), timed, &run);
   }
   run.facts.wall_s = running.Seconds();
+  run.facts.options = OptionTexts(settings_->registry);
   run.facts.unreadable = images_.unreadable();
   run.facts.damaged = dataset_->damaged();
   if (!options_.system.localise_only)
@@ -143,25 +144,14 @@ void DatasetRun::RunInOrder(const Camera& camera, Eyes* eyes, std::optional<Load
                             const RunHooks& hooks, FinishedRun* run) {
   const bool may_begin_anew = schedule_ != Schedule::kLive && !loaded;
   Pass pass = PassOver(camera, options_.system, eyes, std::move(loaded), hooks);
-  std::optional<SampleCalibration> sample;
-  if (const auto& doubt = pass.result.focal_doubt; doubt && may_begin_anew)
-    sample = ConfirmBySample(doubt->ratio, dataset_.get(), options_, hooks.stop);
-  const bool by_sample = sample && PassBySample(*sample, hooks, &pass);
-  const Camera& began_with = by_sample ? sample->camera : camera;
-  if (may_begin_anew && WasSpoilt(pass.result)) {
-    told_pinhole_ = began_with.pinhole;
-    const std::map<Timestamp, ReadoutMotion> known = pass.result.image_turns;
-    // The map may have begun where the first one had lost its images, and a lens that was far off
-    // is found by halves.
-    if (PassAnew(began_with, hooks, &pass) &&
-        (TellsMoreTurns(known, pass.result) || WasLensOff(pass.result)))
-      PassAnew(began_with, hooks, &pass);
-  }
+  const bool follows_doubt = may_begin_anew && PassAgain(camera, hooks, &pass);
+  if (pass.result.focal_doubt && !may_begin_anew)
+    Log().warn("a camera.yaml with `model: auto` has the focal length found");
   run->result = std::move(pass.result);
   run->atlas = std::move(pass.atlas);
   run->camera = pass.camera;
   lens_ = RefinedBy(run->result, run->camera, lens_);
-  if (by_sample)
+  if (follows_doubt)
     run->result.focal_doubt = {run->camera.pinhole.fx / camera.pinhole.fx, lens_->sigmas.focal};
 }
 
@@ -184,98 +174,6 @@ DatasetRun::Pass DatasetRun::PassOver(const Camera& camera, const SystemOptions&
   pass.atlas = slam.TakeAtlas();
   pass.camera = slam.camera();
   return pass;
-}
-
-bool DatasetRun::WasSpoilt(const SlamResult& result) const {
-  if (result.stopped || !result.failure.empty()) return false;
-  return HidReadout(result) || HidWriting(result) || WasLensOff(result) ||
-         result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share;
-}
-
-bool DatasetRun::HidReadout(const SlamResult& result) const {
-  return result.readout &&
-         result.readout->cost_share >= options_.system.mapping.readout.begin_anew_share;
-}
-
-bool DatasetRun::HidWriting(const SlamResult& result) const {
-  return !result.image_fixed.empty() &&
-         result.image_fixed_keypoint_share >= options_.system.image_fixed.begin_anew_share;
-}
-
-bool DatasetRun::WasBent(const SlamResult& result) const {
-  return HidReadout(result) || HidWriting(result) || !result.image_turns.empty();
-}
-
-bool DatasetRun::WasLensOff(const SlamResult& result) const {
-  if (result.stopped || !result.failure.empty()) return false;
-  const LensSearchOptions& search = options_.system.mapping.lens;
-  return (search.whole || !WasBent(result)) && result.lens_shift_px >= search.begin_anew_px;
-}
-
-bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
-                                const SlamResult& result) const {
-  if (known.empty() || result.stopped || !result.failure.empty()) return false;
-  const auto is_new = [&](const auto& turn) { return !known.contains(turn.first); };
-  const auto more = std::ranges::count_if(result.image_turns, is_new);
-  return static_cast<double>(more) >=
-         options_.system.image_turns.begin_again_share * images_.count();
-}
-
-bool DatasetRun::PassBySample(const SampleCalibration& sample, const RunHooks& hooks,
-                              Pass* doubted) {
-  BeginAnew(hooks);
-  SystemOptions mending = options_.system;
-  MendLensAtEnd(sample.lens, &mending);
-  Eyes eyes(sample.camera, options_);
-  Pass pass = PassOver(sample.camera, mending, &eyes, std::nullopt, hooks);
-  if (KeepsFirst(pass, doubted)) return false;
-  options_.system = mending;
-  lens_ = sample.lens;
-  *doubted = std::move(pass);
-  return true;
-}
-
-void DatasetRun::BeginAnew(const RunHooks& hooks) {
-  Log().info("the map was spoilt before that was known: once more from the first image on");
-  images_.Rewind();
-  if (hooks.observer) hooks.observer->OnRestart();
-  if (hooks.work) hooks.work("frames", 0, images_.count());
-}
-
-bool DatasetRun::KeepsFirst(const Pass& anew, Pass* first) {
-  const bool has_map = !anew.atlas.Remaining().empty();
-  if (!anew.result.stopped && anew.result.failure.empty() && has_map) return false;
-  Log().warn("that {}: the results are those of the first time",
-             has_map ? "ended early" : "found no map");
-  first->result.stopped = anew.result.stopped;
-  first->result.failure = anew.result.failure;
-  return true;
-}
-
-bool DatasetRun::PassAnew(const Camera& camera, const RunHooks& hooks, Pass* spoilt) {
-  BeginAnew(hooks);
-  images_.KnowTurns(spoilt->result.image_turns, options_.system.image_turns.sigma_rad);
-  SystemOptions knowing = options_.system;
-  const bool tells_readout = spoilt->result.readout.has_value();
-  knowing.mapping.readout.refine_known |= tells_readout;
-  const bool was_lens_off = WasLensOff(spoilt->result);
-  // A calibration found wrong is none to stay near.
-  LensSearchOptions& search = knowing.mapping.lens;
-  if (was_lens_off) search.min_cost_share = std::min(search.min_cost_share, search.min_later_share);
-  const bool knows_lens = options_.system.mapping.lens.whole || was_lens_off ||
-                          (tells_readout && spoilt->result.image_turns.empty());
-  Camera known = knows_lens ? spoilt->camera : camera;
-  known.readout_s = spoilt->camera.readout_s;
-  Eyes eyes(known, options_);
-  Pass pass = PassOver(known, knowing, &eyes, std::nullopt, hooks, spoilt->result.image_fixed);
-  if (KeepsFirst(pass, spoilt)) return false;
-  if (!pass.result.readout) pass.result.readout = spoilt->result.readout;
-  if (!pass.result.lens && knows_lens) pass.result.lens = spoilt->result.lens;
-  // What was known of turns need not have been measured once more.
-  pass.result.image_turns.insert(spoilt->result.image_turns.begin(),
-                                 spoilt->result.image_turns.end());
-  *spoilt = std::move(pass);
-  return true;
 }
 
 }  // namespace deepuav

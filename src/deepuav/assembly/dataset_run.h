@@ -62,11 +62,15 @@ class DatasetRun {
   Pass PassOver(const Camera& camera, const SystemOptions& options, Eyes* eyes,
                 std::optional<LoadedAtlas> loaded, const RunHooks& hooks,
                 const ImageRegion& left_out = {});
-  /// Once more, with the lens that a sample told, mended at the end. False, and `doubted` as it is,
-  /// where that ends early.
+  /// Once more, or more often, where the map was made with what turned out to be wrong. Whether a
+  /// told focal length was not followed.
+  bool PassAgain(const Camera& told, const RunHooks& hooks, Pass* pass);
+  /// Where the map contradicts a told focal length and a sample of the images does, too: once more
+  /// with the sample's lens, mended at the end. That camera; or nothing, and `doubted` as it is.
+  std::optional<Camera> FollowDoubt(const RunHooks& hooks, Pass* doubted);
   bool PassBySample(const SampleCalibration& sample, const RunHooks& hooks, Pass* doubted);
   void BeginAnew(const RunHooks& hooks);
-  /// Whether a pass begun anew ended early, so that the first one's results stay.
+  /// Whether a pass begun anew ended early: then the first one's results stay, and say so.
   static bool KeepsFirst(const Pass& anew, Pass* first);
   /// Whether the map was made without what the pass found out by its end.
   bool WasSpoilt(const SlamResult& result) const;

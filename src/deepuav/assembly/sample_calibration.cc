@@ -27,13 +27,14 @@ constexpr double kDoubtedFocalSigma = 0.1;
 /// would have it, lies that of a sample that confirms the doubt: samples err, too.
 constexpr double kConfirmedError = 0.03, kConfirmedShare = 0.5;
 
-FrameRange SampleOf(const Dataset& dataset) {
+FrameRange SampleOf(const Dataset& dataset, const FrameRange& within = {}) {
   const double rate_hz = dataset.camera().rate_hz;
-  const int count = dataset.size();
+  const int end = within.end < 0 ? dataset.size() : std::min(within.end, dataset.size());
+  const int count = end - within.start;
   int stride = std::max(1, static_cast<int>(std::lround(rate_hz * kSampleIntervalS)));
   stride = std::max(1, std::min(stride, count / kSampleImages + 1));
   const int span = std::min(count, stride * kSampleImages);
-  const int start = (count - span) / 2;
+  const int start = within.start + (count - span) / 2;
   return {start, start + span, stride};
 }
 
@@ -53,7 +54,7 @@ std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, doubl
   const double share =
       static_cast<double>(located) / std::max<size_t>(1, survey.result.frames.size());
   if (!lens || share < kMinShare || lens->sigmas.focal > kMaxFocalSigma) {
-    Log().warn("the images do not tell the lens: the guess is kept");
+    Log().warn("the images do not tell the lens: it stays as it was");
     return std::nullopt;
   }
   Log().info("focal length found from {} images: {:.1f} px of {} px across", located,
@@ -89,20 +90,23 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
 }
 
 std::optional<SampleCalibration> ConfirmBySample(double fitting_ratio, Dataset* dataset,
+                                                 const FrameRange& within,
                                                  const RunOptions& options,
                                                  const std::function<bool()>& stop) {
   // A distortion found with a wrong focal length is none to stay near.
   Camera camera = dataset->camera();
   camera.lens = LensModel::kPinhole;
   camera.distortion.clear();
-  DatasetImages images(dataset, SampleOf(*dataset));
+  DatasetImages images(dataset, SampleOf(*dataset, within));
   auto sample = CalibrateFromImages(camera, kDoubtedFocalSigma, options, &images, stop);
-  if (stop && stop()) return std::nullopt;
-  const double moved = sample ? std::log(sample->camera.pinhole.fx / camera.pinhole.fx) : 0;
-  if (std::abs(moved) >= kConfirmedError && moved / std::log(fitting_ratio) >= kConfirmedShare)
-    return sample;
-  Log().warn("a sample of the images does not say so, too: the focal length stays as it was told");
-  return std::nullopt;
+  if ((stop && stop()) || !sample) return std::nullopt;
+  const double moved = std::log(sample->camera.pinhole.fx / camera.pinhole.fx);
+  const bool is_confirmed =
+      std::abs(moved) >= kConfirmedError && moved / std::log(fitting_ratio) >= kConfirmedShare;
+  Log().warn("a focal length of {:.1f} px was told, a sample of the images has {:.1f}: {}",
+             camera.pinhole.fx, sample->camera.pinhole.fx,
+             is_confirmed ? "that is followed" : "that is not enough, and it stays as it was told");
+  return is_confirmed ? sample : std::nullopt;
 }
 
 }  // namespace deepuav

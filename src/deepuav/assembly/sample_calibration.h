@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 
+#include "deepuav/assembly/dataset_images.h"
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/survey/survey_adjustment.h"
@@ -43,9 +44,10 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
                                                      const std::function<bool()>& stop);
 
 /// The same of a dataset whose focal length was told, and a map fits better with `fitting_ratio`
-/// times it: what else bends a map may look like that, so nothing where such images do not say so,
-/// too.
+/// times it: what else bends a map may look like that, so nothing where such images, of those
+/// `within`, do not say so, too.
 std::optional<SampleCalibration> ConfirmBySample(double fitting_ratio, Dataset* dataset,
+                                                 const FrameRange& within,
                                                  const RunOptions& options,
                                                  const std::function<bool()>& stop);
 

@@ -13,7 +13,7 @@ namespace deepuav {
 /// How far a calibration is trusted, and when what a map says against it counts. Only its radial
 /// distortion is searched for, as focal length and centre take up what else does not fit, such as a
 /// shutter's readout; but for one that a few images told, of which all may be off. A told focal
-/// length may be put in doubt, and stays.
+/// length may be put in doubt.
 struct LensSearchOptions {
   bool enabled = true;
   double radial_sigma = 0.05;       ///< Of a calibration's k1 and k2.
@@ -103,8 +103,8 @@ struct FoundLens {
 
 /// A focal length that a map contradicts.
 struct FocalDoubt {
-  /// Of one under which the map fits better: as it was made with the told one, only a part of the
-  /// way to the true one.
+  /// Of one under which the map fits better, only a part of the way to the true one, as the map was
+  /// made with the told one; or of the one that a run begun anew ended with.
   double ratio = 1;
   double sigma = 0;  ///< Of the ratio, of noise alone.
 };

@@ -85,10 +85,8 @@ std::optional<FocalDoubt> DoubtFocal(MapId map, const LensSearchOptions& options
   Log().debug("a focal length of {:.4f} times the told one saves {:.2f} % of what any lens leaves",
               doubt.ratio, 100 * share);
   if (share < options.min_focal_share) return std::nullopt;
-  Log().warn(
-      "the images contradict the focal length: a {} one fits better, by {:.0f} % or more; a "
-      "camera.yaml with `model: auto` has it found",
-      doubt.ratio > 1 ? "longer" : "shorter", 100 * std::abs(doubt.ratio - 1));
+  Log().warn("the images contradict the focal length: a {} one fits better, by {:.0f} % or more",
+             doubt.ratio > 1 ? "longer" : "shorter", 100 * std::abs(doubt.ratio - 1));
   return doubt;
 }
 
