@@ -191,16 +191,22 @@ TEST_F(ReaderFuzzTest, GpmfTracks) {
       kNoneRefused);
 }
 
-TEST_F(ReaderFuzzTest, SensorFiles) {
+TEST_F(ReaderFuzzTest, ImuFile) {
   Fuzz({"#t\n1000,0.1,0.2,0.3,0.4,0.5,9.8\n2000,0.1,0.2,0.3,0.4,0.5,9.8\n"}, 4000,
        [&](const std::string& input) {
          for (const ImuSample& sample : ReadImuFile(folder_.Write("imu.csv", input)))
            ASSERT_TRUE(sample.angular_velocity.allFinite() && sample.specific_force.allFinite());
        });
+}
+
+TEST_F(ReaderFuzzTest, BarometerFile) {
   Fuzz({"#t\n1000,95000,500\n2000,95010,499\n"}, 4000, [&](const std::string& input) {
     for (const BarometerSample& sample : ReadBarometerFile(folder_.Write("baro.csv", input)))
       ASSERT_TRUE(std::isfinite(sample.pressure_pa + sample.altitude_m));
   });
+}
+
+TEST_F(ReaderFuzzTest, GnssFile) {
   Fuzz({"#t [ns],latitude [deg],longitude [deg],altitude [m],std_east [m],std_north [m],std_up "
         "[m]\n1000,47,8,500,1,1,2\n2000,47,8,501,1,1,2\n"},
        4000, [&](const std::string& input) {
@@ -242,9 +248,9 @@ TEST_F(ReaderFuzzTest, Exif) {
     ASSERT_TRUE(ParseExif({reinterpret_cast<const uint8_t*>(seed.data()), seed.size()}).fix);
   }
   // Damaged EXIF is no error: it is as if it were not there.
-  int without_fix = 0;
+  int64_t without_fix = 0;
   Mutator mutator(&seeds);
-  for (int i = 0; i < 20000; ++i) {
+  const FuzzCounts counts = FuzzInputs(20000, [&](int64_t) {
     const std::string input = mutator.Next();
     const PhotoExif exif =
         ParseExif({reinterpret_cast<const uint8_t*>(input.data()), input.size()});
@@ -256,8 +262,9 @@ TEST_F(ReaderFuzzTest, Exif) {
     }
     const double focal_px = FocalLengthPx(exif, 800, 600).value_or(1);
     ASSERT_TRUE(std::isfinite(focal_px) && focal_px > 0);
-  }
-  EXPECT_GT(without_fix, 1000);
+  });
+  EXPECT_EQ(counts.refused, 0);
+  EXPECT_GT(without_fix, counts.inputs / 20);
 }
 
 TEST_F(ReaderFuzzTest, Xmp) {
@@ -267,9 +274,9 @@ TEST_F(ReaderFuzzTest, Xmp) {
       "drone-dji:RtkStdLon=\"0.011\" drone-dji:RtkStdLat=\"0.012\" drone-dji:RtkStdHgt=\"0.026\" "
       "Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\""};
   ASSERT_TRUE(ParseXmpRtkFix(seeds[0]));
-  int without_fix = 0;
+  int64_t without_fix = 0;
   Mutator mutator(&seeds);
-  for (int i = 0; i < 20000; ++i) {
+  const FuzzCounts counts = FuzzInputs(20000, [&](int64_t) {
     const std::string input = mutator.Next();
     const auto fix = ParseXmpRtkFix(input);
     without_fix += !fix;
@@ -279,8 +286,9 @@ TEST_F(ReaderFuzzTest, Xmp) {
       ASSERT_TRUE(fix->sigma_m.allFinite() && fix->sigma_m.minCoeff() >= 0);
     }
     ASSERT_TRUE(ParseXmpAccuracy_m(input).allFinite());
-  }
-  EXPECT_GT(without_fix, 1000);
+  });
+  EXPECT_EQ(counts.refused, 0);
+  EXPECT_GT(without_fix, counts.inputs / 20);
 }
 
 TEST_F(ReaderFuzzTest, PhotographFolder) {

@@ -40,6 +40,9 @@ TEST_F(CameraFuzzTest, CalibrationsOfOtherPrograms) {
     const CameraFile file = ReadCameraFile(folder_.Write("camera.yaml", input));
     if (file.has_intrinsics) CheckCamera(file.camera);
   });
+}
+
+TEST_F(CameraFuzzTest, ColmapCameras) {
   Fuzz({"# cameras\n1 OPENCV 64 48 45 46 32 24 -0.05 0.01 0.001 0.001\n"}, 4000,
        [&](const std::string& input) {
          CheckCamera(ReadCameraFile(folder_.Write("cameras.txt", input)).camera);

@@ -219,7 +219,7 @@ TEST_F(BuildingVideoTest, OneCutInsideAGroupYieldsWhatComesBefore) {
         ++told;
       }
     }
-    EXPECT_GT(same, kCount / 6) << share;
+    EXPECT_GT(same, share * kCount / 3) << share;
     EXPECT_TRUE(told > 0 || dataset->damaged() > 0 || dataset->size() < kCount) << share;
   }
 }
