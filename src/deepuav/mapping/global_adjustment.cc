@@ -28,8 +28,20 @@ GlobalAdjustment::GlobalAdjustment(const Map& map, const Pinhole& pinhole,
 void GlobalAdjustment::Compute(const std::function<bool()>& stop) {
   const BundleReport report = AdjustBundle(&window_.problem, options_, stop);
   if (stop && stop()) return;
+  const std::vector<BundleObservation> all = window_.problem.observations;
   DropOutliers(report, &window_.problem);
   AdjustBundle(&window_.problem, options_, stop);
+  if (stop && stop()) return;  // What is not yet adjusted tells no outliers.
+  FindOutliersAmong(all);
+}
+
+void GlobalAdjustment::FindOutliersAmong(const std::vector<BundleObservation>& observations) {
+  BundleProblem adjusted = window_.problem;
+  adjusted.observations = observations;
+  const std::vector<double> squared = SquaredErrors(adjusted);
+  for (size_t i = 0; i < observations.size(); ++i) {
+    if (squared[i] > options_.chi_square) outliers_.push_back(observations[i]);
+  }
 }
 
 void GlobalAdjustment::Apply(Map* map) const {
@@ -52,6 +64,11 @@ void GlobalAdjustment::Apply(Map* map) const {
     if (move != moves.end()) keyframe_moves.push_back({keyframe.id, move->second});
   });
   MoveKeyframes(keyframe_moves, map);
+  for (const BundleObservation& outlier : outliers_) {
+    const LandmarkId landmark = window_.landmarks[static_cast<size_t>(outlier.landmark)];
+    if (map->Contains(landmark))
+      map->RemoveObservation(window_.keyframes[static_cast<size_t>(outlier.camera)], landmark);
+  }
   for (size_t l = 0; l < window_.landmarks.size(); ++l) {
     if (!map->Contains(window_.landmarks[l])) continue;
     map->SetPosition(window_.landmarks[l], window_.problem.landmarks_world[l]);

@@ -18,15 +18,19 @@ class GlobalAdjustment {
   /// `stop`, if given, is asked between the steps.
   void Compute(const std::function<bool()>& stop = nullptr);
 
-  /// Gives the map the poses and positions that the copy has now. What was made meanwhile goes with
-  /// its nearest ancestor in the spanning tree (keyframes), or with the keyframe of its
-  /// representative (landmarks).
+  /// Gives the map the poses and positions that the copy has now, and takes the observations from
+  /// it that do not fit these. What was made meanwhile goes with its nearest ancestor in the
+  /// spanning tree (keyframes), or with the keyframe of its representative (landmarks).
   void Apply(Map* map) const;
 
  private:
+  /// Of all that the map observed, what does not fit the adjusted copy.
+  void FindOutliersAmong(const std::vector<BundleObservation>& observations);
+
   const MapId map_;
   const BundleOptions options_;
   BundleWindow window_;
+  std::vector<BundleObservation> outliers_;
 };
 
 }  // namespace deepuav

@@ -134,6 +134,38 @@ TEST_F(GlobalAdjustmentTest, CarriesAlongWhatWasMadeMeanwhile) {
   ExpectViewRangesUpToDate();
 }
 
+TEST_F(GlobalAdjustmentTest, TakesWhatDoesNotFitFromTheMap) {
+  const KeyframeId keyframe = visit_.keyframes[4];
+  std::vector<int> keypoints;
+  for (int i = 0; i < std::ssize(map().At(keyframe).landmarks); ++i) {
+    if (map().At(keyframe).landmarks[static_cast<size_t>(i)].valid()) keypoints.push_back(i);
+  }
+  const auto landmark_at = [&](int keypoint) {
+    return map().At(keyframe).landmarks[static_cast<size_t>(keypoint)];
+  };
+  const int a = keypoints.front(), b = keypoints.back();
+  const LandmarkId of_a = landmark_at(a), of_b = landmark_at(b);
+  map().RemoveObservation(keyframe, of_a);
+  map().RemoveObservation(keyframe, of_b);
+  map().AddObservation(keyframe, a, of_b);
+  map().AddObservation(keyframe, b, of_a);
+  const auto observations = [&] {
+    size_t count = 0;
+    map().landmarks().ForEach([&](const Landmark& l) { count += l.observations.size(); });
+    return count;
+  };
+  const size_t before = observations();
+  GlobalAdjustment adjustment = Prepare();
+  adjustment.Compute();
+  EXPECT_EQ(observations(), before) << "nothing goes until it is applied";
+  adjustment.Apply(&map());
+  EXPECT_FALSE(landmark_at(a).valid());
+  EXPECT_FALSE(landmark_at(b).valid());
+  EXPECT_GE(observations(), before - before / 100) << "what fits stays";
+  ASSERT_NO_FATAL_FAILURE(CheckConsistent(map()));
+  ExpectViewRangesUpToDate();
+}
+
 TEST_F(GlobalAdjustmentTest, StandsWhatWasCulledAndMovedMeanwhile) {
   GlobalAdjustment adjustment = Prepare();
   adjustment.Compute();
