@@ -98,7 +98,7 @@ class UntoldLens(unittest.TestCase):
                                          ("short", 0.9, "-0.28, 0.08, 0, 0, 0.001")]:
             error_m, said = self.run_with(self.told(name, factor * FOCAL_PX, distortion), name)
             self.assertIn("contradict the focal length: a " + ("shorter" if factor > 1 else "longer"), said)
-            self.assertIn("a sample of the images has 4", said)
+            self.assertIn("times the focal length that was told: that is followed", said)
             self.assertIn("once more from the first image on", said)
             focal_px = self.ended_with(name, r"^fx: (\S+)")
             self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.01 * FOCAL_PX, msg=name)
@@ -130,6 +130,20 @@ class UntoldLens(unittest.TestCase):
             self.assertEqual(run.process.wait(TIMEOUT_S), 130)
             self.assertTrue(json.loads((self.folder / name / "summary.json").read_text())["stopped_early"], name)
             self.assertEqual((self.folder / name / "trajectory.txt").read_bytes(), first, name)
+
+    def test_photographs_at_once_find_it_too(self):
+        told_px = 1.1 * FOCAL_PX
+        told = self.told("photographs", told_px)
+        out = self.folder / "photographs"
+        result = subprocess.run(command("run", self.flight / "mav0/cam0/data", "--out", out, "--camera", told, "--stride", "2"),
+                                capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
+        self.assertIn("contradict the focal length: a shorter", result.stderr)
+        self.assertIn("once more, as if their lens were not known", result.stderr)
+        focal_px = self.ended_with("photographs", r"^fx: (\S+)")
+        self.assertAlmostEqual(focal_px, FOCAL_PX, delta=0.01 * FOCAL_PX)
+        self.assertAlmostEqual(self.doubt_of("photographs")["told_px"], told_px, delta=0.01)
+        self.assertAlmostEqual(self.doubt_of("photographs")["fits_better_px"], focal_px, delta=0.01)
+        self.assertEqual(json.loads((out / "summary.json").read_text())["frames"]["located"], 30)
 
     def test_a_told_distortion_that_is_wrong_is_corrected(self):
         told = self.told("bent", FOCAL_PX, "-0.25, 0.08, 0, 0")

@@ -11,7 +11,6 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/options_file.h"
 #include "deepuav/io/geodata/map_origin.h"
-#include "deepuav/system/photos/photo_survey.h"
 
 namespace deepuav {
 namespace {
@@ -133,6 +132,7 @@ void DatasetRun::RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& h
       .observer = hooks.observer};
   SurveyRun survey = RunSurvey(camera, dataset_->Calibration().focal_sigma, options_.system,
                                eyes->perception(), &images_, survey_hooks, sensors_.streams);
+  SurveyAgain(camera, survey_hooks, &survey);
   run->result = std::move(survey.result);
   run->atlas = std::move(survey.outcome.atlas);
   run->camera = std::move(survey.outcome.camera);

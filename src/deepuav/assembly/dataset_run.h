@@ -12,6 +12,7 @@
 #include "deepuav/assembly/run_options.h"
 #include "deepuav/assembly/sample_calibration.h"
 #include "deepuav/assembly/sensor_use.h"
+#include "deepuav/system/photos/photo_survey.h"
 
 namespace deepuav {
 
@@ -68,6 +69,8 @@ class DatasetRun {
   /// Where the map contradicts a told focal length and a sample of the images does, too: once more
   /// with the sample's lens, mended at the end. That camera; or nothing, and `doubted` as it is.
   std::optional<Camera> FollowDoubt(const RunHooks& hooks, Pass* doubted);
+  /// The same of photographs that are mapped all at once, by all of them.
+  void SurveyAgain(const Camera& told, const SurveyHooks& hooks, SurveyRun* doubted);
   bool PassBySample(const SampleCalibration& sample, const RunHooks& hooks, Pass* doubted);
   void BeginAnew(const RunHooks& hooks);
   /// Whether a pass begun anew ended early: then the first one's results stay, and say so.

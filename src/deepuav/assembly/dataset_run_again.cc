@@ -75,6 +75,34 @@ std::optional<Camera> DatasetRun::FollowDoubt(const RunHooks& hooks, Pass* doubt
   return followed;
 }
 
+void DatasetRun::SurveyAgain(const Camera& told, const SurveyHooks& hooks, SurveyRun* doubted) {
+  SlamResult& result = doubted->result;
+  if (!result.focal_doubt || result.stopped || !result.failure.empty()) return;
+  Log().info("the photographs are made a map once more, as if their lens were not known");
+  const Camera camera = OfUnknownLens(told);
+  try {
+    images_.Rewind();
+    if (hooks.observer) hooks.observer->OnRestart();
+    Eyes eyes(camera, options_);
+    eyes.ProvideLearnedMatcher(camera, options_);
+    SurveyRun anew = RunSurvey(camera, kDoubtedFocalSigma, options_.system, eyes.perception(),
+                               &images_, hooks, sensors_.streams);
+    result.stopped = anew.result.stopped;
+    const auto& lens = anew.outcome.lens;
+    if (result.stopped || !anew.result.failure.empty()) return;
+    if (!lens || !lens->is_focal_told) {
+      Log().warn("the images do not tell the lens: it stays as it was");
+      return;
+    }
+    const double found_px = anew.outcome.camera.pinhole.fx;
+    if (!Confirms(found_px, told.pinhole.fx, result.focal_doubt->ratio)) return;
+    anew.result.focal_doubt = {found_px / told.pinhole.fx, lens->sigmas.focal};
+    *doubted = std::move(anew);
+  } catch (const std::exception& error) {
+    Log().warn("{}: the focal length stays as it was told", error.what());
+  }
+}
+
 bool DatasetRun::PassBySample(const SampleCalibration& sample, const RunHooks& hooks,
                               Pass* doubted) {
   BeginAnew(hooks);

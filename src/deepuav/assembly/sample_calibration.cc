@@ -21,10 +21,8 @@ constexpr double kRollingS = 0.008;
 constexpr double kSampleTrust = 2, kLeastSampleError = 0.002;
 /// The lens counts if the map holds this share of them and tells the focal length so well.
 constexpr double kMinShare = 0.5, kMaxFocalSigma = 0.05;
-/// Of a told focal length that the map contradicts, over itself, as of one that nobody measured.
-constexpr double kDoubtedFocalSigma = 0.1;
 /// As far from a told focal length, at least, as a share of it and of the way to where the map
-/// would have it, lies that of a sample that confirms the doubt: samples err, too.
+/// would have it, lies one that confirms the doubt: a few images err, too.
 constexpr double kConfirmedError = 0.03, kConfirmedShare = 0.5;
 
 FrameRange SampleOf(const Dataset& dataset, const FrameRange& within = {}) {
@@ -89,24 +87,32 @@ std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const Run
   return CalibrateFromImages(dataset->camera(), focal_sigma, options, &images, stop);
 }
 
+Camera OfUnknownLens(Camera camera) {
+  camera.lens = LensModel::kPinhole;
+  camera.distortion.clear();
+  return camera;
+}
+
+bool Confirms(double found_px, double told_px, double fitting_ratio) {
+  const double moved = std::log(found_px / told_px);
+  const bool confirms =
+      std::abs(moved) >= kConfirmedError && moved / std::log(fitting_ratio) >= kConfirmedShare;
+  Log().warn("the images by themselves have {:.3f} times the focal length that was told: {}",
+             found_px / told_px,
+             confirms ? "that is followed" : "that is not enough, and it stays as it was told");
+  return confirms;
+}
+
 std::optional<SampleCalibration> ConfirmBySample(double fitting_ratio, Dataset* dataset,
                                                  const FrameRange& within,
                                                  const RunOptions& options,
                                                  const std::function<bool()>& stop) {
-  // A distortion found with a wrong focal length is none to stay near.
-  Camera camera = dataset->camera();
-  camera.lens = LensModel::kPinhole;
-  camera.distortion.clear();
+  const Camera camera = OfUnknownLens(dataset->camera());
   DatasetImages images(dataset, SampleOf(*dataset, within));
   auto sample = CalibrateFromImages(camera, kDoubtedFocalSigma, options, &images, stop);
   if ((stop && stop()) || !sample) return std::nullopt;
-  const double moved = std::log(sample->camera.pinhole.fx / camera.pinhole.fx);
-  const bool is_confirmed =
-      std::abs(moved) >= kConfirmedError && moved / std::log(fitting_ratio) >= kConfirmedShare;
-  Log().warn("a focal length of {:.1f} px was told, a sample of the images has {:.1f}: {}",
-             camera.pinhole.fx, sample->camera.pinhole.fx,
-             is_confirmed ? "that is followed" : "that is not enough, and it stays as it was told");
-  return is_confirmed ? sample : std::nullopt;
+  const bool confirms = Confirms(sample->camera.pinhole.fx, camera.pinhole.fx, fitting_ratio);
+  return confirms ? sample : std::nullopt;
 }
 
 }  // namespace deepuav

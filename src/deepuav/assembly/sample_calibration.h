@@ -43,6 +43,17 @@ void MendLensAtEnd(const RefinedLens& sample, SystemOptions* options);
 std::optional<SampleCalibration> CalibrateFromSample(Dataset* dataset, const RunOptions& options,
                                                      const std::function<bool()>& stop);
 
+/// Of a told focal length that a map contradicts, over itself, as of one that nobody measured.
+inline constexpr double kDoubtedFocalSigma = 0.1;
+
+/// The same camera, of whose lens nothing but a guess of the focal length is known: a distortion
+/// that was found with a wrong one is none to stay near.
+Camera OfUnknownLens(Camera camera);
+
+/// Whether images by themselves say what a map says that fits better with `fitting_ratio` times
+/// the told focal length; which is also logged.
+bool Confirms(double found_px, double told_px, double fitting_ratio);
+
 /// The same of a dataset whose focal length was told, and a map fits better with `fitting_ratio`
 /// times it: what else bends a map may look like that, so nothing where such images, of those
 /// `within`, do not say so, too.

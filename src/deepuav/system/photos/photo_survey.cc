@@ -9,6 +9,7 @@
 #include "deepuav/base/time.h"
 #include "deepuav/image/image_store.h"
 #include "deepuav/mapping/mapper.h"
+#include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/frames/frame_feed.h"
 #include "deepuav/system/sensors/georeferencing.h"
 #include "deepuav/system/watching/stage_clock.h"
@@ -106,6 +107,22 @@ void ScaleFocalLength(const Pinhole& pinhole, Camera* camera) {
     distortion[i] *= std::pow(scale, kPowers[i]);
 }
 
+MapId LargestOf(const Atlas& atlas) {
+  const std::vector<MapId> maps = atlas.Remaining();
+  return *std::ranges::max_element(maps, {},
+                                   [&](MapId map) { return atlas.At(map).KeyframeCount(); });
+}
+
+/// Whether the largest map contradicts the focal length that it was told, and that it keeps.
+void AskForFocalLength(const SystemOptions& options, StageClock* clock,
+                       const std::function<bool()>& stop, SurveyRun* run) {
+  Atlas& atlas = run->outcome.atlas;
+  if (!options.mapping.lens.enabled || run->outcome.lens || atlas.Remaining().empty()) return;
+  const Mapper mapper(run->outcome.camera, options.mapping, &atlas, clock);
+  run->result.focal_doubt =
+      DoubtFocal(LargestOf(atlas), options.mapping.lens, run->outcome.camera, mapper, stop);
+}
+
 /// In the lens that the survey found: that is kept, but for its focal length, which fixes to
 /// centimetres tell.
 void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& options,
@@ -117,14 +134,12 @@ void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& optio
   Atlas& atlas = run->outcome.atlas;
   Mapper mapper(camera, options.mapping, &atlas, clock);
   Georeferencing georeferencing(sensors, options.sensors, {}, &mapper, &atlas);
-  const std::vector<MapId> maps = atlas.Remaining();
-  const MapId largest =
-      *std::ranges::max_element(maps, {}, [&](MapId map) { return atlas.At(map).KeyframeCount(); });
+  const MapId largest = LargestOf(atlas);
   const bool refines = lens_is_open && georeferencing.TellsFocalLength();
   Pinhole pinhole = camera.pinhole;
   run->result.georeferences = georeferencing.ApplyToAll(
-      maps, run->result.frames, &pinhole, [&](MapId map) { return refines && map == largest; },
-      stop);
+      atlas.Remaining(), run->result.frames, &pinhole,
+      [&](MapId map) { return refines && map == largest; }, stop);
   ScaleFocalLength(pinhole, &camera);
   for (FrameRecord& record : run->result.frames) {
     if (record.located()) record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
@@ -206,6 +221,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
     run.result.frames.push_back(RecordOf(frames[v], run.outcome, run.outcome.places[v]));
   }
   try {
+    if (focal_sigma == 0) AskForFocalLength(options, &clock, late, &run);
     GeoreferenceSurvey(sensors, options, &clock, late, &run);
     const StageScope stage(&clock, "covariances");
     run.result.covariances =

@@ -34,9 +34,9 @@ class PhotoSurveyTest : public ::testing::Test {
     options_.sensors.gnss.correlation_s = 0;
   }
 
-  /// About the usual height, positions spread by so much.
-  void Fly(double spread_m) {
-    flight_ = MakeFlight(Ground(), Path(spread_m), {0.5, 0.3, 0.02, 30}, 4);
+  /// About the usual height, positions and views spread by so much.
+  void Fly(double spread_m, double turn_rad = 0.06) {
+    flight_ = MakeFlight(Ground(), Path(spread_m, turn_rad), {0.5, 0.3, 0.02, 30}, 4);
     flight_.frame_interval_s = kInterval_s;
   }
 
@@ -68,11 +68,11 @@ class PhotoSurveyTest : public ::testing::Test {
     return std::sqrt(squares / static_cast<double>(flight_.size()));
   }
 
-  static std::vector<SE3> Path(double spread_m) {
+  static std::vector<SE3> Path(double spread_m, double turn_rad) {
     Random random(3);
     std::vector<SE3> poses;
     for (const SE3& pose : SurveyPath(3, 5, 14, kHeight_m))
-      poses.push_back(Perturbed(pose, spread_m, 0.06, &random));
+      poses.push_back(Perturbed(pose, spread_m, turn_rad, &random));
     return poses;
   }
 
@@ -114,6 +114,31 @@ TEST_F(PhotoSurveyTest, FixesToCentimetresTellTheFocalLength) {
   ASSERT_EQ(run.outcome.atlas.GaugeOf(MapId{0}).kind, GaugeKind::kGeoreferenced);
   EXPECT_NEAR(run.outcome.camera.pinhole.fx / true_focal_px, 1, 1.5e-3);
   EXPECT_LT(Error(run), 0.04);
+}
+
+TEST_F(PhotoSurveyTest, AToldFocalLengthThatIsWrongIsInDoubt) {
+  options_.mapping.lens.min_keyframes = 10;
+  Fly(8, 0.25);  // Straight down, level ground would be as far below as the focal length is long.
+  const Camera told_rightly = flight_.camera;
+  for (const double ratio : {1.0, 1.1, 0.9}) {
+    flight_.camera = told_rightly;
+    flight_.camera.pinhole.fx *= ratio;
+    flight_.camera.pinhole.fy *= ratio;
+    const SurveyRun run = Run({});
+    ASSERT_EQ(run.result.failure, "");
+    EXPECT_EQ(run.outcome.camera.pinhole.fx, flight_.camera.pinhole.fx) << "it is kept";
+    const std::optional<FocalDoubt>& doubt = run.result.focal_doubt;
+    ASSERT_EQ(doubt.has_value(), ratio != 1) << ratio;
+    if (!doubt) continue;
+    EXPECT_LT(std::abs(doubt->ratio * ratio - 1), 0.8 * std::abs(ratio - 1)) << ratio;
+    EXPECT_GT(doubt->sigma, 0);
+    options_.mapping.lens.enabled = false;
+    EXPECT_FALSE(Run({}).result.focal_doubt);
+    options_.mapping.lens.enabled = true;
+  }
+  flight_.camera.pinhole.fx = 1.1 * told_rightly.pinhole.fx;
+  flight_.camera.pinhole.fy = 1.1 * told_rightly.pinhole.fy;
+  EXPECT_FALSE(Run({}, 0.2).result.focal_doubt) << "a guess is refined";
 }
 
 class Watcher : public RunObserver {
