@@ -117,7 +117,7 @@ MapId LargestOf(const Atlas& atlas) {
 void AskForFocalLength(const SystemOptions& options, StageClock* clock,
                        const std::function<bool()>& stop, SurveyRun* run) {
   Atlas& atlas = run->outcome.atlas;
-  if (!options.mapping.lens.enabled || run->outcome.lens || atlas.Remaining().empty()) return;
+  if (!options.mapping.lens.enabled || atlas.Remaining().empty()) return;
   const Mapper mapper(run->outcome.camera, options.mapping, &atlas, clock);
   run->result.focal_doubt =
       DoubtFocal(LargestOf(atlas), options.mapping.lens, run->outcome.camera, mapper, stop);
