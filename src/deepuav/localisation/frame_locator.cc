@@ -276,4 +276,15 @@ std::vector<LocatedFrame::Seen> LandmarksOf(const std::vector<Match>& matches,
   return seen;
 }
 
+std::vector<LandmarkMatch> MatchesOf(const std::vector<LocatedFrame::Seen>& seen,
+                                     const LocalMap& local_map) {
+  std::vector<LandmarkMatch> matches;
+  matches.reserve(seen.size());
+  for (const LocatedFrame::Seen& s : seen) {
+    const LandmarkId id = local_map.landmarks[static_cast<size_t>(s.landmark)].id;
+    matches.push_back({s.keypoint, id, s.measured});
+  }
+  return matches;
+}
+
 }  // namespace deepuav

@@ -11,6 +11,7 @@
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/timed_pose.h"
 #include "deepuav/map/local_map.h"
+#include "deepuav/map/requests.h"
 #include "deepuav/map/visibility.h"
 #include "deepuav/matching/matcher.h"
 #include "deepuav/matching/projection.h"
@@ -167,5 +168,9 @@ class FrameLocator {
 /// The landmarks that a keyframe's key points show, for matches (a: frame, b: keyframe) with it.
 std::vector<LocatedFrame::Seen> LandmarksOf(const std::vector<Match>& matches,
                                             const LocalKeyframe& keyframe);
+
+/// The same of what is seen of a local map, by the ids of the map's landmarks.
+std::vector<LandmarkMatch> MatchesOf(const std::vector<LocatedFrame::Seen>& seen,
+                                     const LocalMap& local_map);
 
 }  // namespace deepuav

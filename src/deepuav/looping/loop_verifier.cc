@@ -78,12 +78,11 @@ std::optional<LoopFinding> LoopVerifier::Compare(const Map& map, const Keyframe&
                                                  const Relocaliser::Found& found,
                                                  std::string* reason) const {
   const LocalKeyframe& centre = place.keyframes[static_cast<size_t>(place.centre)];
-  LoopFinding finding{
-      map.id(), place_map.id(), {keyframe.id, centre.id, {}}, found.located.cam_from_world, {}};
-  for (const LocatedFrame::Seen& seen : found.located.seen) {
-    finding.tie.seen.push_back(
-        {seen.keypoint, place.landmarks[static_cast<size_t>(seen.landmark)].id});
-  }
+  LoopFinding finding{map.id(),
+                      place_map.id(),
+                      {keyframe.id, centre.id, MatchesOf(found.located.seen, place)},
+                      found.located.cam_from_world,
+                      {}};
   const auto known = std::count_if(
       finding.tie.seen.begin(), finding.tie.seen.end(), [&](const LandmarkMatch& match) {
         return keyframe.landmarks[static_cast<size_t>(match.keypoint)] == match.landmark;

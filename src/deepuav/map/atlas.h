@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <deque>
 #include <map>
@@ -33,6 +34,14 @@ class Atlas {
     for (const Map& map : maps_) {
       if (!merged_into_.contains(map.id())) ids.push_back(map.id());
     }
+    return ids;
+  }
+  /// The same, those with most keyframes first, of equal ones that of the lower id.
+  std::vector<MapId> BySize() const {
+    std::vector<MapId> ids = Remaining();
+    std::stable_sort(ids.begin(), ids.end(), [this](MapId a, MapId b) {
+      return At(a).KeyframeCount() > At(b).KeyframeCount();
+    });
     return ids;
   }
   /// Moves all that `from` holds into `into`, as Map::Absorb.

@@ -3,6 +3,7 @@
 #include "deepuav/io/cameras/camera_file.h"
 #include "deepuav/io/cameras/found_camera.h"
 #include "deepuav/io/datasets/euroc_sensor.h"
+#include "deepuav/io/datasets/frame_list.h"
 #include "deepuav/io/datasets/image_file_dataset.h"
 #include "deepuav/io/datasets/layout_readers.h"
 #include "deepuav/io/files/text_file.h"
@@ -13,27 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<ImageFileFrame> ReadFrameList(const fs::path& cam0) {
-  const fs::path list = cam0 / "data.csv";
-  const TextFile text(list);
-  std::vector<ImageFileFrame> frames;
-  frames.reserve(text.lines().size());
-  std::vector<std::string_view> fields;
-  for (const TextLine& line : text.lines()) {
-    const std::string where = text.Where(line);
-    SplitAtCommas(line.text, &fields);
-    if (fields.size() != 2) {
-      throw Error("{}: {} fields in {}: expected 'nanoseconds,file name'", where, fields.size(),
-                  Quoted(line.text));
-    }
-    const Timestamp time = ParseNanoseconds(fields[0], where);
-    CheckGrows(frames, time, where);
-    frames.push_back({time, ListedImage(cam0 / "data", fields[1], where)});
-  }
-  if (frames.empty())
-    throw Error("{}: lists no frame: expected 'nanoseconds,file name' lines", list.string());
-  return frames;
-}
+constexpr FrameListFormat kFormat{"nanoseconds,file name", SplitAtCommas, ParseNanoseconds};
 
 // The sequence's own calibration, else a camera.yaml in its folders.
 void ReadCalibration(const fs::path& mav0, const DatasetOptions& options,
@@ -71,7 +52,7 @@ std::unique_ptr<Dataset> OpenEuroc(const fs::path& mav0, const DatasetOptions& o
   ImageFileSequence sequence;
   sequence.kind = "euroc";
   ReadCalibration(mav0, options, &sequence);
-  sequence.frames = ReadFrameList(mav0 / "cam0");
+  sequence.frames = ReadFrameList(mav0 / "cam0" / "data.csv", mav0 / "cam0" / "data", kFormat);
   sequence.read_sensors = [mav0, body_from_cam = sequence.body_from_cam] {
     return ReadEurocSensors(mav0, body_from_cam);
   };

@@ -119,24 +119,6 @@ SizedImage FirstReadable(const std::vector<ImageFileFrame>& frames) {
   throw Error("none of the {} images can be read; the first: {}", frames.size(), first_reason);
 }
 
-void CheckGrows(const std::vector<ImageFileFrame>& frames, Timestamp time,
-                const std::string& where) {
-  if (frames.empty() || frames.back().time < time) return;
-  throw Error(
-      "{}: time stamp {} ns does not come after the one before, {} ns: expected growing times",
-      where, time.nanoseconds, frames.back().time.nanoseconds);
-}
-
-std::filesystem::path ListedImage(const std::filesystem::path& folder, std::string_view name,
-                                  const std::string& where) {
-  const bool has_control =
-      std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
-  if (name.empty() || has_control) {
-    throw Error("{}: file name is {}: expected the name of an image", where, Quoted(name));
-  }
-  return folder / std::filesystem::path(name);
-}
-
 bool IsImageFileName(const std::filesystem::path& file) {
   static const std::array<std::string, 7> kEndings = {".jpg",  ".jpeg", ".png", ".tif",
                                                       ".tiff", ".webp", ".bmp"};

@@ -41,15 +41,6 @@ struct SizedImage {
 /// The first image that can be read. Throws Error naming the first file when there is none.
 SizedImage FirstReadable(const std::vector<ImageFileFrame>& frames);
 
-/// Throws Error unless `time` is later than that of the last frame; `where` is "file:line".
-void CheckGrows(const std::vector<ImageFileFrame>& frames, Timestamp time,
-                const std::string& where);
-
-/// `name` as written in a list of frames, below `folder`. Throws Error for a name that is no name
-/// of a file.
-std::filesystem::path ListedImage(const std::filesystem::path& folder, std::string_view name,
-                                  const std::string& where);
-
 /// The size that the header of the image's file tells; without decoding it, where the format is one
 /// of EncodedSize. Nothing for what cannot be read.
 std::optional<cv::Size> StoredSize(const std::filesystem::path& file);

@@ -3,6 +3,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/io/cameras/camera_file.h"
 #include "deepuav/io/cameras/found_camera.h"
+#include "deepuav/io/datasets/frame_list.h"
 #include "deepuav/io/datasets/image_file_dataset.h"
 #include "deepuav/io/datasets/kitti_calibration.h"
 #include "deepuav/io/datasets/layout_readers.h"

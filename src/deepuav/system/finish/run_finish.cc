@@ -1,6 +1,5 @@
 #include "deepuav/system/finish/run_finish.h"
 
-#include <algorithm>
 #include <exception>
 
 #include "deepuav/base/logging.h"
@@ -47,7 +46,8 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
 
 void RunFinish::AdjustAll(const Stop& stop, SlamResult* result) const {
   if (!Adjusts()) return;
-  const std::vector<MapId> maps = MapsBySize();
+  // The largest knows the camera best.
+  const std::vector<MapId> maps = run_.atlas->BySize();
   for (MapId map : maps) {
     const bool refine = RefinesFocalIn(map), seeks = map == maps.front() && SeeksReadout();
     FollowReadouts(map, !seeks, stop, result);
@@ -77,14 +77,6 @@ void RunFinish::CheckCalibration(MapId map, const Stop& stop, SlamResult* result
   }
 }
 
-std::vector<MapId> RunFinish::MapsBySize() const {
-  std::vector<MapId> maps = run_.atlas->Remaining();
-  std::stable_sort(maps.begin(), maps.end(), [this](MapId a, MapId b) {
-    return run_.atlas->At(a).KeyframeCount() > run_.atlas->At(b).KeyframeCount();
-  });
-  return maps;
-}
-
 void RunFinish::StraightenStart(MapId map, bool ask_images, const Stop& stop,
                                 SlamResult* result) const {
   PlaceInMaps(*run_.atlas, &result->frames);
@@ -110,12 +102,12 @@ bool RunFinish::MayCorrectCalibration() const {
 }
 
 bool RunFinish::RefinesFocalIn(MapId map) const {
-  return options_.refine_focal && run_.camera->distortion.empty() && map == MapsBySize().front();
+  return options_.refine_focal && run_.camera->distortion.empty() && map == run_.atlas->BySize().front();
 }
 
 bool RunFinish::FixesMayTellFocalIn(MapId map) const {
   return options_.mapping.lens.whole && MayCorrectCalibration() &&
-         run_.camera->distortion.empty() && map == MapsBySize().front();
+         run_.camera->distortion.empty() && map == run_.atlas->BySize().front();
 }
 
 void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
@@ -126,7 +118,7 @@ void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
       run_.sensors.imu, options_.sensors.imu,
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, run_.mapper,
       run_.atlas);
-  result->inertial = gauge.ApplyToAll(MapsBySize(), result->frames, stop);
+  result->inertial = gauge.ApplyToAll(run_.atlas->BySize(), result->frames, stop);
 }
 
 std::vector<ReckonedFrame> RunFinish::BridgeByImu(SlamResult* result) const {
@@ -150,7 +142,7 @@ void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {
   }
   Georeferencing georeferencing(run_.sensors, options_.sensors, priors, run_.mapper, run_.atlas);
   result->georeferences = georeferencing.ApplyToAll(
-      MapsBySize(), result->frames, &run_.camera->pinhole,
+      run_.atlas->BySize(), result->frames, &run_.camera->pinhole,
       [this](MapId map) { return RefinesFocalIn(map) || FixesMayTellFocalIn(map); }, stop);
 }
 

@@ -42,8 +42,6 @@ class RunFinish {
   using Stop = std::function<bool()>;
 
   void AdjustAll(const Stop& stop, SlamResult* result) const;
-  /// Those with most keyframes first: the largest knows the camera best.
-  std::vector<MapId> MapsBySize() const;
   /// Where a rolling shutter read the images: all together tell how the camera moved meanwhile, and
   /// where these may be asked, each of its own turn.
   void FollowReadouts(MapId map, bool ask_images, const Stop& stop, SlamResult* result) const;

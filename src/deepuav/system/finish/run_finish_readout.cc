@@ -68,7 +68,7 @@ bool RunFinish::ImagesMayTell(MapId map, double min_saved_share, const Stop& sto
 void RunFinish::KeepTurns(const ImageTurns& turns, MapId map, SlamResult* result) const {
   for (const auto& [time, motion] : turns.motions)
     result->image_turns.insert_or_assign(time, motion);
-  if (map == MapsBySize().front())
+  if (map == run_.atlas->BySize().front())
     result->image_turns_saved_share = std::max(result->image_turns_saved_share, turns.saved_share);
 }
 

@@ -107,12 +107,6 @@ void ScaleFocalLength(const Pinhole& pinhole, Camera* camera) {
     distortion[i] *= std::pow(scale, kPowers[i]);
 }
 
-MapId LargestOf(const Atlas& atlas) {
-  const std::vector<MapId> maps = atlas.Remaining();
-  return *std::ranges::max_element(maps, {},
-                                   [&](MapId map) { return atlas.At(map).KeyframeCount(); });
-}
-
 /// Whether the largest map contradicts the focal length that it was told, and that it keeps.
 void AskForFocalLength(const SystemOptions& options, StageClock* clock,
                        const std::function<bool()>& stop, SurveyRun* run) {
@@ -120,7 +114,7 @@ void AskForFocalLength(const SystemOptions& options, StageClock* clock,
   if (!options.mapping.lens.enabled || atlas.Remaining().empty()) return;
   const Mapper mapper(run->outcome.camera, options.mapping, &atlas, clock);
   run->result.focal_doubt =
-      DoubtFocal(LargestOf(atlas), options.mapping.lens, run->outcome.camera, mapper, stop);
+      DoubtFocal(atlas.BySize().front(), options.mapping.lens, run->outcome.camera, mapper, stop);
 }
 
 /// In the lens that the survey found: that is kept, but for its focal length, which fixes to
@@ -134,7 +128,7 @@ void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& optio
   Atlas& atlas = run->outcome.atlas;
   Mapper mapper(camera, options.mapping, &atlas, clock);
   Georeferencing georeferencing(sensors, options.sensors, {}, &mapper, &atlas);
-  const MapId largest = LargestOf(atlas);
+  const MapId largest = atlas.BySize().front();
   const bool refines = lens_is_open && georeferencing.TellsFocalLength();
   Pinhole pinhole = camera.pinhole;
   run->result.georeferences = georeferencing.ApplyToAll(
