@@ -7,7 +7,7 @@
 #include "arguments/argument_checks.h"
 #include "arguments/help_documents.h"
 #include "commands/commands.h"
-#include "deepuav/assembly/wrong_use.h"
+#include "deepuav/assembly/settings/wrong_use.h"
 #include "deepuav/io/files/text_file.h"
 #include "work/interruption.h"
 

@@ -1,6 +1,6 @@
 #include "arguments/autopilot_arguments.h"
 
-#include "deepuav/assembly/wrong_use.h"
+#include "deepuav/assembly/settings/wrong_use.h"
 #include "deepuav/autopilot/inertial_prediction.h"
 #include "deepuav/autopilot/mount.h"
 #include "deepuav/base/error.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "deepuav/assembly/live_run.h"
+#include "deepuav/assembly/live/live_run.h"
 #include "deepuav/autopilot/autopilot_link.h"
 #include "deepuav/autopilot/autopilot_observer.h"
 #include "deepuav/system/sensors/metric_watch.h"

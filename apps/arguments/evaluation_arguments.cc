@@ -6,7 +6,7 @@
 #include "arguments/argument_checks.h"
 #include "arguments/option_bounds_check.h"
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/evaluation_report.h"
+#include "deepuav/evaluation/report/evaluation_report.h"
 
 namespace deepuav {
 namespace {

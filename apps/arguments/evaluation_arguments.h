@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/evaluation/evaluation.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/evaluation.h"
+#include "deepuav/evaluation/measures/truth.h"
 
 namespace deepuav {
 

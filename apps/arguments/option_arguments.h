@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/settings/run_options.h"
 #include "deepuav/base/options.h"
 
 namespace CLI {

@@ -9,7 +9,7 @@
 
 #include "arguments/argument_checks.h"
 #include "commands/commands.h"
-#include "deepuav/assembly/shipped_models.h"
+#include "deepuav/assembly/settings/shipped_models.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/inference/cpu_arithmetic.h"
 #include "work/network_bench.h"

@@ -9,7 +9,7 @@
 #include "arguments/argument_checks.h"
 #include "arguments/option_arguments.h"
 #include "commands/commands.h"
-#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/settings/run_options.h"
 #include "work/interruption.h"
 
 namespace deepuav {

@@ -7,10 +7,10 @@
 #include "arguments/evaluation_arguments.h"
 #include "commands/commands.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/evaluation/evaluation.h"
-#include "deepuav/evaluation/evaluation_report.h"
-#include "deepuav/evaluation/trajectory_plot.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/drawing/trajectory_plot.h"
+#include "deepuav/evaluation/measures/evaluation.h"
+#include "deepuav/evaluation/measures/truth.h"
+#include "deepuav/evaluation/report/evaluation_report.h"
 #include "deepuav/io/files/atomic_file.h"
 
 namespace deepuav {

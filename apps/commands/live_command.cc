@@ -5,7 +5,7 @@
 #include "arguments/argument_checks.h"
 #include "arguments/option_arguments.h"
 #include "commands/commands.h"
-#include "deepuav/assembly/live_run.h"
+#include "deepuav/assembly/live/live_run.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/folder_lock.h"

@@ -9,9 +9,9 @@
 
 #include "arguments/argument_checks.h"
 #include "arguments/option_arguments.h"
-#include "deepuav/assembly/camera_checks.h"
-#include "deepuav/assembly/map_joining.h"
-#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/maps/map_joining.h"
+#include "deepuav/assembly/settings/camera_checks.h"
+#include "deepuav/assembly/settings/run_options.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/maps/map_file.h"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "commands/commands.h"
-#include "deepuav/assembly/shipped_models.h"
+#include "deepuav/assembly/settings/shipped_models.h"
 #include "deepuav/base/error.h"
 
 namespace deepuav {

@@ -9,8 +9,8 @@
 #include "commands/commands.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/evaluation/report_page.h"
-#include "deepuav/evaluation/report_plots.h"
+#include "deepuav/evaluation/drawing/report_plots.h"
+#include "deepuav/evaluation/report/report_page.h"
 #include "deepuav/io/files/atomic_file.h"
 #include "deepuav/io/files/folder_lock.h"
 

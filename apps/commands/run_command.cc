@@ -7,7 +7,7 @@
 #include "arguments/argument_checks.h"
 #include "arguments/option_arguments.h"
 #include "commands/commands.h"
-#include "deepuav/assembly/dataset_run.h"
+#include "deepuav/assembly/datasets/dataset_run.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/folder_lock.h"

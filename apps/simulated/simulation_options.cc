@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "deepuav/assembly/shipped_files.h"
+#include "deepuav/assembly/settings/shipped_files.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/nearest_name.h"
 #include "deepuav/base/option_check.h"

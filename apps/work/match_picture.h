@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "deepuav/assembly/pair_matcher.h"
+#include "deepuav/assembly/networks/pair_matcher.h"
 
 namespace deepuav {
 

@@ -24,7 +24,7 @@
 #include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
-#include "deepuav/evaluation/evaluation.h"
+#include "deepuav/evaluation/measures/evaluation.h"
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/matching/superglue.h"
 #include "deepuav/system/slam.h"

@@ -20,12 +20,12 @@
 #include "bench_main.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/random.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/truth.h"
 #include "deepuav/geometry/alignment.h"
 #include "deepuav/io/maps/map_file.h"
 #include "deepuav/map/all_keyframes.h"
-#include "deepuav/mapping/bundle_window.h"
-#include "deepuav/mapping/patch_observation.h"
+#include "deepuav/mapping/adjustment/bundle_window.h"
+#include "deepuav/mapping/landmarks/patch_observation.h"
 
 namespace deepuav {
 namespace {

@@ -17,7 +17,7 @@
 
 #include "bench_main.h"
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/truth.h"
 #include "deepuav/io/maps/map_file.h"
 #include "deepuav/matching/epipolar.h"
 

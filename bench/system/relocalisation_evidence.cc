@@ -27,7 +27,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/options.h"
 #include "deepuav/base/time.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/truth.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
 #include "deepuav/geometry/alignment.h"

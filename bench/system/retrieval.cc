@@ -20,7 +20,7 @@
 
 #include "bench_main.h"
 #include "deepuav/base/time.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/truth.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/place/place_index.h"
 #include "deepuav/place/vocabulary.h"

@@ -21,7 +21,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
 #include "deepuav/base/time.h"
-#include "deepuav/evaluation/truth.h"
+#include "deepuav/evaluation/measures/truth.h"
 #include "deepuav/features/superpoint.h"
 #include "deepuav/features/superpoint_turned.h"
 #include "deepuav/io/datasets/dataset.h"

@@ -2,8 +2,8 @@
 
 #include "deepuav/api/conversions.h"
 #include "deepuav/api/guarded.h"
-#include "deepuav/evaluation/evaluation.h"
-#include "deepuav/evaluation/evaluation_report.h"
+#include "deepuav/evaluation/measures/evaluation.h"
+#include "deepuav/evaluation/report/evaluation_report.h"
 
 namespace deepuav::api {
 namespace {

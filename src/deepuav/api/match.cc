@@ -3,8 +3,8 @@
 #include "deepuav/api/conversions.h"
 #include "deepuav/api/guarded.h"
 #include "deepuav/api/options_data.h"
-#include "deepuav/assembly/pair_matcher.h"
-#include "deepuav/assembly/wrong_use.h"
+#include "deepuav/assembly/networks/pair_matcher.h"
+#include "deepuav/assembly/settings/wrong_use.h"
 
 namespace deepuav::api {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deepuav/api/options.h"
-#include "deepuav/assembly/run_options.h"
+#include "deepuav/assembly/settings/run_options.h"
 
 namespace deepuav::api {
 

@@ -6,7 +6,7 @@
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/geometry/rolling_shutter.h"
-#include "deepuav/inertial/preintegration.h"
+#include "deepuav/inertial/chain/preintegration.h"
 
 namespace deepuav {
 

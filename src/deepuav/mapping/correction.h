@@ -2,7 +2,7 @@
 
 #include "deepuav/map/atlas.h"
 #include "deepuav/map/map_correction.h"
-#include "deepuav/mapping/patch_observation.h"
+#include "deepuav/mapping/landmarks/patch_observation.h"
 
 namespace deepuav {
 

@@ -5,9 +5,9 @@
 #include "deepuav/base/option_check.h"
 #include "deepuav/map/all_keyframes.h"
 #include "deepuav/map/frame_motion.h"
+#include "deepuav/mapping/camera/readout_change.h"
 #include "deepuav/mapping/correction.h"
 #include "deepuav/mapping/keyframe_relocation.h"
-#include "deepuav/mapping/readout_change.h"
 
 namespace deepuav {
 void MappingOptions::Check() const {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "deepuav/base/logging.h"
-#include "deepuav/survey/overlap.h"
+#include "deepuav/survey/growth/survey_start.h"
+#include "deepuav/survey/pairs/overlap.h"
 #include "deepuav/survey/survey_map.h"
-#include "deepuav/survey/survey_start.h"
 
 namespace deepuav {
 namespace {

@@ -11,13 +11,13 @@
 #include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
-#include "deepuav/survey/learned_pairs.h"
-#include "deepuav/survey/pair_evidence.h"
-#include "deepuav/survey/survey_growth.h"
+#include "deepuav/survey/adjustment/survey_sharpening.h"
+#include "deepuav/survey/growth/survey_growth.h"
+#include "deepuav/survey/pairs/learned_pairs.h"
+#include "deepuav/survey/pairs/pair_evidence.h"
+#include "deepuav/survey/pairs/view_pairs.h"
 #include "deepuav/survey/survey_options.h"
-#include "deepuav/survey/survey_sharpening.h"
 #include "deepuav/survey/survey_watch.h"
-#include "deepuav/survey/view_pairs.h"
 
 namespace deepuav {
 

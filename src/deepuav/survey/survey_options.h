@@ -4,8 +4,8 @@
 #include "deepuav/estimation/bundle/bundle_adjustment.h"
 #include "deepuav/estimation/bundle/reweighed_adjustment.h"
 #include "deepuav/estimation/two_views/two_view.h"
-#include "deepuav/survey/joining_options.h"
-#include "deepuav/survey/pair_evidence_options.h"
+#include "deepuav/survey/growth/joining_options.h"
+#include "deepuav/survey/pairs/pair_evidence_options.h"
 
 namespace deepuav {
 

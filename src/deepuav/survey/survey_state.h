@@ -8,7 +8,7 @@
 #include "deepuav/geometry/pixel_noise.h"
 #include "deepuav/geometry/radial_polynomial.h"
 #include "deepuav/geometry/se3.h"
-#include "deepuav/survey/tracks.h"
+#include "deepuav/survey/tracks/tracks.h"
 
 namespace deepuav {
 

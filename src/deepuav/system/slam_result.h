@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "deepuav/features/image_region.h"
-#include "deepuav/mapping/lens_search.h"
-#include "deepuav/mapping/readout_search.h"
+#include "deepuav/mapping/camera/lens_search.h"
+#include "deepuav/mapping/camera/readout_search.h"
 #include "deepuav/system/finish/pose_covariances.h"
 #include "deepuav/system/frames/frame_record.h"
 #include "deepuav/system/sensors/georeferencing.h"

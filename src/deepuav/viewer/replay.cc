@@ -7,7 +7,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/median.h"
 #include "deepuav/base/wait.h"
-#include "deepuav/evaluation/run_folder.h"
+#include "deepuav/evaluation/report/run_folder.h"
 #include "deepuav/viewer/map_view.h"
 
 namespace deepuav {

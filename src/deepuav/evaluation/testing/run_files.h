@@ -8,7 +8,7 @@
 #include <string>
 
 #include "deepuav/base/error.h"
-#include "deepuav/evaluation/run_report.h"
+#include "deepuav/evaluation/report/run_report.h"
 #include "support/flights.h"
 
 namespace deepuav {

@@ -51,9 +51,8 @@ std::string AsUserInput(std::string_view system) {
 bool SetSystem(const std::string& text, void* system) {
   const std::string name = LowerCase(text);
   constexpr std::array<std::string_view, 3> kOpenFiles = {"grids", "init=", "extension"};
-  if (std::ranges::any_of(kOpenFiles, [&](std::string_view part) {
-        return name.find(part) != std::string::npos;
-      }))
+  if (std::ranges::any_of(
+          kOpenFiles, [&](std::string_view part) { return name.find(part) != std::string::npos; }))
     return false;
   return OGRSpatialReference::FromHandle(system)->SetFromUserInput(
              text.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) ==

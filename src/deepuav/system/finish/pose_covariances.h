@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "deepuav/map/atlas.h"
-#include "deepuav/mapping/keyframe_covariances.h"
+#include "deepuav/mapping/adjustment/keyframe_covariances.h"
 #include "deepuav/system/frames/frame_record.h"
 #include "deepuav/system/sensors/georeferencing.h"
 

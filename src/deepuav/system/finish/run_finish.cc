@@ -102,7 +102,8 @@ bool RunFinish::MayCorrectCalibration() const {
 }
 
 bool RunFinish::RefinesFocalIn(MapId map) const {
-  return options_.refine_focal && run_.camera->distortion.empty() && map == run_.atlas->BySize().front();
+  return options_.refine_focal && run_.camera->distortion.empty() &&
+         map == run_.atlas->BySize().front();
 }
 
 bool RunFinish::FixesMayTellFocalIn(MapId map) const {

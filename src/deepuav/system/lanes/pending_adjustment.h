@@ -5,7 +5,7 @@
 #include <future>
 
 #include "deepuav/base/stages.h"
-#include "deepuav/mapping/global_adjustment.h"
+#include "deepuav/mapping/adjustment/global_adjustment.h"
 
 namespace deepuav {
 

@@ -9,7 +9,7 @@
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/inertial/inertial_options.h"
 #include "deepuav/map/atlas.h"
-#include "deepuav/mapping/map_factors.h"
+#include "deepuav/mapping/adjustment/map_factors.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/sensors/georeference.h"
 #include "deepuav/sensors/streams.h"

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "deepuav/inertial/inertial_alignment.h"
-#include "deepuav/inertial/path_link.h"
+#include "deepuav/inertial/alignment/inertial_alignment.h"
+#include "deepuav/inertial/paths/path_link.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/system/frames/frame_path.h"

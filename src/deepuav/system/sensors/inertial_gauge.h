@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/inertial/inertial_alignment.h"
+#include "deepuav/inertial/alignment/inertial_alignment.h"
 #include "deepuav/map/atlas.h"
 #include "deepuav/mapping/mapper.h"
 #include "deepuav/system/frames/frame_path.h"

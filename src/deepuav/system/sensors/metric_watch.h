@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "deepuav/base/queue.h"
-#include "deepuav/inertial/running_alignment.h"
+#include "deepuav/inertial/alignment/running_alignment.h"
 #include "deepuav/system/watching/run_observer.h"
 
 namespace deepuav {

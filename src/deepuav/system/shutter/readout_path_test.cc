@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "deepuav/base/error.h"
-#include "deepuav/mapping/readout_change.h"
+#include "deepuav/mapping/camera/readout_change.h"
 #include "deepuav/system/testing/shaken_flight.h"
 
 namespace deepuav {
