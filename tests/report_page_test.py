@@ -11,6 +11,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import struct
 import subprocess
@@ -92,7 +93,7 @@ class ReportPageTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.truth = SCRATCH / "truth.txt"
-        write_trajectory(cls.truth, [(i, flight(i)) for i in range(POSES)])
+        write_trajectory(cls.truth, [(i, flight(i)) for i in range(POSES + 60)])  # Flown on after the run.
         cls.runs = [write_run(SCRATCH / name, seed) for name, seed in (("first", 1), ("second", 2))]
         cls.browser = open_browser()
         cls.addClassCleanup(cls.browser.quit)
@@ -166,6 +167,10 @@ class ReportPageTest(unittest.TestCase):
             "return [...document.querySelectorAll('#error-table tbody tr:first-child td')].map((e) => e.textContent)")
         for text, name in zip(first_row[1:], ("rmse", "mean", "median", "std", "min", "max")):
             self.assertAlmostEqual(float(text), figures["ate_m"][name], delta=1e-3 * figures["ate_m"]["rmse"])
+        self.assertLess(figures["compared_path_m"], 0.9 * figures["truth_path_m"])
+        share = re.search(r"rmse; ([\d.]+) % of ([\d.]+) m flown", " ".join(self.texts("#summary-tiles .tile")))
+        self.assertAlmostEqual(float(share[2]), figures["compared_path_m"], delta=1e-2 * figures["compared_path_m"])
+        self.assertAlmostEqual(float(share[1]), 100 * figures["ate_m"]["rmse"] / figures["compared_path_m"], delta=0.01)
 
     def check_pointer(self):
         self.script("""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs as their users meet them: output folders, signals, damaged data, the terminal.
+"""Runs as their users meet them: output folders, damaged data, the terminal.
 
   run_command_test.py DEEPUAV
 
@@ -9,34 +9,21 @@ import fcntl
 import json
 import os
 import pty
-import random
 import re
 import resource
-import shutil
-import signal
 import struct
 import subprocess
 import termios
 import time
 
 import command_test_data as data
-from command_fixtures import (CommandTest, ENVIRONMENT, MODEL, OUTPUT_FILES, REPRODUCIBLE_FILES, SCRATCH, SEQUENCE, call,
-                              needs_shared, run_arguments, summary_of)
+from command_fixtures import (ENVIRONMENT, MODEL, OUTPUT_FILES, REPRODUCIBLE_FILES, SEQUENCE, call, run_arguments,
+                              summary_of)
 from program_under_test import FAILURE, command, main
+from run_fixtures import RunTest
 
 
-@needs_shared
-class Run(CommandTest):
-    @classmethod
-    def setUpClass(cls):
-        frames = data.euroc_frames(SEQUENCE)
-        cls.frames = frames[60:140:2]
-        cls.flight = data.euroc_part(SCRATCH / "flight", SEQUENCE, cls.frames)
-        cls.short_frames = frames[60:108:4]
-        cls.short = data.euroc_part(SCRATCH / "short", SEQUENCE, cls.short_frames)
-        cls.short_out = SCRATCH / "short-out"
-        cls.short_result = call(*run_arguments(cls.short, cls.short_out))
-
+class Run(RunTest):
     def test_short_run(self):
         """What the other tests compare with."""
         self.expect_success(self.short_result)
@@ -94,96 +81,6 @@ class Run(CommandTest):
         nothing_left = call(*run_arguments(dataset, self.folder / "none", "--start", "11", "--end", "13"))
         self.expect_failure(nothing_left, "no image could be read")
         self.assertEqual(self.check_output(self.folder / "none")["frames"]["unreadable"], 2)
-
-    def stop_once_a_map_is_there(self, sent, schedule):
-        process = subprocess.Popen(command(*run_arguments(self.flight, self.out, "--schedule", schedule)),
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-        for line in process.stderr:
-            if "map 0 starts" in line:
-                break
-        process.send_signal(sent)
-        process.communicate(timeout=100)
-        summary = self.check_output(self.out)
-        self.assertTrue(summary["stopped_early"])
-        self.assertLess(summary["frames"]["processed"], len(self.frames))
-        self.assertGreater(summary["frames"]["located"], 0)
-        return process.returncode
-
-    def test_interrupted(self):
-        self.assertEqual(self.stop_once_a_map_is_there(signal.SIGINT, "threaded"), 130)
-
-    def test_terminated(self):
-        self.assertEqual(self.stop_once_a_map_is_there(signal.SIGTERM, "sequential"), 143)
-
-    def test_the_terminal_went_away(self):
-        self.assertEqual(self.stop_once_a_map_is_there(signal.SIGHUP, "threaded"), 129)
-
-    def test_interrupted_before_its_first_frame_it_leaves_an_earlier_run(self):
-        shutil.copytree(self.short_out, self.out)
-        for delay_s in (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4):
-            process = subprocess.Popen(command(*run_arguments(self.short, self.out)), stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.DEVNULL, env=ENVIRONMENT)
-            time.sleep(delay_s)
-            process.send_signal(signal.SIGINT)
-            # 0: it was over before that.
-            self.assertIn(process.wait(timeout=100), (130, -signal.SIGINT, 0), delay_s)
-            self.assertGreater(summary_of(self.out)["frames"]["processed"], 0, delay_s)
-
-    def test_what_nohup_started_goes_on(self):
-        process = subprocess.Popen(["nohup", *command(*run_arguments(self.short, self.out))],
-                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                                   text=True, env=ENVIRONMENT)
-        for line in process.stderr:
-            if "map 0 starts" in line:
-                break
-        process.send_signal(signal.SIGHUP)
-        process.communicate(timeout=100)
-        self.assertEqual(process.returncode, 0)
-        self.assertFalse(self.check_output(self.out)["stopped_early"])
-
-    def test_two_runs_at_once_into_one_folder_are_refused(self):
-        first = subprocess.Popen(command(*run_arguments(self.flight, self.out)), stdout=subprocess.DEVNULL,
-                                 stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-        for line in first.stderr:
-            if "map 0 starts" in line:
-                break
-        self.expect_failure(call(*run_arguments(self.short, self.out)), "another deepuav is writing into it")
-        first.kill()
-        first.communicate()
-
-    def test_killed_leaves_whole_files_or_none(self):
-        generator = random.Random(1)
-        for attempt in range(8):
-            out = self.folder / f"out{attempt}"
-            process = subprocess.Popen(command(*run_arguments(self.short, out)), stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.DEVNULL, env=ENVIRONMENT)
-            if attempt < 6:
-                self.wait_for_writing(process, out)
-                time.sleep(generator.uniform(0, 0.03))
-            else:
-                time.sleep(generator.uniform(0.2, 1))
-            process.kill()
-            process.wait()
-            self.check_whole(out)
-
-    def wait_for_writing(self, process, out):
-        probe = f".deepuav-{process.pid}-0.tmp"  # of the check that files can be made
-        while process.poll() is None:
-            if out.exists() and any(name != probe for name in os.listdir(out)):
-                return
-            time.sleep(0.0005)
-
-    def check_whole(self, out):
-        names = set(os.listdir(out)) if out.exists() else set()
-        names = {name for name in names if not re.fullmatch(r"\.deepuav-\d+-\d+\.tmp", name)}
-        self.assertLessEqual(names, OUTPUT_FILES)
-        for name in names.intersection(REPRODUCIBLE_FILES):
-            self.assertEqual((out / name).read_bytes(), (self.short_out / name).read_bytes(), f"{out}/{name}")
-        if "summary.json" in names:
-            self.assertEqual(summary_of(out)["frames"], summary_of(self.short_out)["frames"])
-        if "timings.csv" in names:
-            rows = [file.read_text().splitlines() for file in (out / "timings.csv", self.short_out / "timings.csv")]
-            self.assertEqual(len(rows[0]), len(rows[1]))
 
     def test_live_keeps_the_pace_and_counts_what_it_skips(self):
         """Of three images within 2 ms the second is overtaken on any machine."""
