@@ -59,6 +59,25 @@ class ViewTest(SceneTest):
         self.assertIn("network", state["stages_ms"])
         client.close()
 
+    def test_it_is_there_while_the_lens_is_looked_for(self):
+        images = self.scratch / "no-calibration"
+        shutil.copytree(self.scene / "mav0/cam0/data", images)
+        out = self.scratch / "learning"
+        program = self.start("live", images, "--loop", "--out", out, "--view", "--save-every", "0")
+        client, status = program.handshake()
+        self.assertEqual(status, 101)
+        lines = []
+        while not any("fly sideways and turn" in line for line in lines):
+            kind, header = message(client)
+            lines += header["lines"] if kind == "events" else []
+        self.assertNotIn("map 0 starts", program.text())
+        client.close()
+        taken = subprocess.run(command("live", images, "--out", self.scratch / "taken", "--view", "--port", program.port),
+                               capture_output=True, text=True)
+        self.assertEqual(taken.returncode, 1)
+        self.assertIn("no page can be served there", taken.stderr)
+        self.assertNotIn("fly sideways", taken.stderr)
+
     def test_a_survey_is_watched_while_it_grows(self):
         photographs = layered_scene.photographs(self.scene, self.scratch / "photographs")
         alone, out = self.scratch / "survey", self.scratch / "watched-survey"

@@ -23,14 +23,13 @@ void AddViewArguments(CLI::App& command, ViewArguments& arguments) {
 
 void TellWhere(const ViewServer& server) { std::cerr << "watch at " << server.Url() << std::endl; }
 
-RunView::RunView(const ViewArguments& arguments, const std::string& title, const Camera& camera)
-    : model_(title), observer_(camera, &model_), server_(&model_, arguments.server) {
+RunView::RunView(const ViewArguments& arguments, const std::string& title)
+    : model_(title), server_(&model_, arguments.server) {
   TellWhere(server_);
 }
 
-std::unique_ptr<RunView> StartView(const ViewArguments& arguments, const std::string& title,
-                                   const Camera& camera) {
-  return arguments.view ? std::make_unique<RunView>(arguments, title, camera) : nullptr;
+std::unique_ptr<RunView> StartView(const ViewArguments& arguments, const std::string& title) {
+  return arguments.view ? std::make_unique<RunView>(arguments, title) : nullptr;
 }
 
 }  // namespace deepuav

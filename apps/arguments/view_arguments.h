@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "deepuav/viewer/view_observer.h"
@@ -23,21 +24,21 @@ void AddViewArguments(CLI::App& command, ViewArguments& arguments);
 /// The page of a run that goes on: served from the beginning to the end of its life.
 class RunView {
  public:
-  /// Says on stderr where the page is. `camera`: of the images as the run works on them.
-  RunView(const ViewArguments& arguments, const std::string& title, const Camera& camera);
+  /// Says on stderr where the page is.
+  RunView(const ViewArguments& arguments, const std::string& title);
 
-  RunObserver* observer() { return &observer_; }
+  /// What shows a run, once it begins. `camera`: of the images as the run works on them.
+  RunObserver* Observe(const Camera& camera) { return &observer_.emplace(camera, &model_); }
   ViewModel& model() { return model_; }
 
  private:
   ViewModel model_;
-  ViewObserver observer_;
+  std::optional<ViewObserver> observer_;
   ViewServer server_;
 };
 
 /// Null where no page was asked for.
-std::unique_ptr<RunView> StartView(const ViewArguments& arguments, const std::string& title,
-                                   const Camera& camera);
+std::unique_ptr<RunView> StartView(const ViewArguments& arguments, const std::string& title);
 
 /// Says on stderr where the page is.
 void TellWhere(const ViewServer& server);

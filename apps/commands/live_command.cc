@@ -112,13 +112,13 @@ void Run(const LiveArguments& arguments) {
     if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
   }
 #endif
-  live.LearnLens(hooks);  // The page draws by the camera.
 #if DEEPUAV_WITH_REPORT
-  const auto view = StartView(arguments.view, live.SourceName(), live.working_camera());
-  if (view) {
-    observers.Add(view->observer());
-    Show(live, view.get(), &hooks);
-  }
+  const auto view = StartView(arguments.view, live.SourceName());
+  if (view) Show(live, view.get(), &hooks);
+#endif
+  live.LearnLens(hooks);
+#if DEEPUAV_WITH_REPORT
+  if (view) observers.Add(view->Observe(live.working_camera()));  // It draws by the camera.
 #endif
   const FinishedRun run = live.Run(hooks);
   if (run.result.frames.empty()) ExitIfInterrupted();  // An earlier run's files are worth more.

@@ -55,8 +55,8 @@ void Run(const RunArguments& arguments) {
   CatchSignals();
   RunObserver* observer = nullptr;
 #if DEEPUAV_WITH_REPORT
-  const auto view = StartView(arguments.view, arguments.request.dataset, dataset_run.camera());
-  if (view) observer = view->observer();
+  const auto view = StartView(arguments.view, arguments.request.dataset);
+  if (view) observer = view->Observe(dataset_run.camera());
 #endif
   std::optional<ProgressBar> bar(dataset_run.images());
   const FinishedRun run =

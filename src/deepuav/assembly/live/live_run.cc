@@ -161,6 +161,9 @@ std::optional<SampleCalibration> LiveRun::FindLens(const LiveHooks& hooks) {
 void LiveRun::LearnLens(const LiveHooks& hooks) {
   if (!push_.map.empty() || !IsGuess(push_.calibration.focal_sigma) || request_.lens.longest_s == 0)
     return;
+  const std::string line = "no calibration: fly sideways and turn, until the images tell the lens";
+  Log().info("{}: {}", source_->Name(), line);
+  if (hooks.say) hooks.say(line);
   const std::optional<SampleCalibration> found = FindLens(hooks);
   request_.feed.was_open = true;
   if (!found) return;
