@@ -62,9 +62,10 @@ void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
 /// Empty unless the machine was too slow for what came, and the images can be made smaller.
 std::string AdviceAfter(const FinishedRun& run) {
   constexpr double kManyOvertaken = 0.05;
-  constexpr int kEnoughPixels = 200'000;
+  constexpr int kEnoughPixels = 150'000;
   const auto came = static_cast<double>(run.facts.live->arrived);
-  const bool can_be_smaller = run.facts.options.at("features.network_pixels") == "0" &&
+  const double most_pixels = std::stod(run.facts.options.at("features.network_pixels"));
+  const bool can_be_smaller = (most_pixels == 0 || most_pixels > kEnoughPixels) &&
                               run.camera.width * run.camera.height > kEnoughPixels;
   if (!can_be_smaller || run.result.skipped_late <= kManyOvertaken * came) return "";
   return fmt::format(

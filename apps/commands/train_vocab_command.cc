@@ -87,7 +87,7 @@ std::vector<LoadedImage> LoadImages(const std::vector<std::filesystem::path>& fi
 
 std::vector<Descriptors> DescribeAll(const std::vector<LoadedImage>& images,
                                      const TrainVocabOptions& options) {
-  AnySizeExtractor extractor(options.features, options.inference);
+  AnySizeExtractor extractor(options.features.OfPhotographs(), options.inference);
   ProgressBar bar(static_cast<int>(images.size()), "images");
   std::vector<Descriptors> descriptors;
   for (const LoadedImage& loaded : images) {

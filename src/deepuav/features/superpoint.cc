@@ -27,6 +27,12 @@ std::optional<double> UndistortionMagnification(const Camera& camera,
 
 void SuperPointOptions::Check() const { CheckOptions("features", *this); }
 
+SuperPointOptions SuperPointOptions::OfPhotographs() const {
+  SuperPointOptions options = *this;
+  options.network_pixels = photograph_pixels;
+  return options;
+}
+
 SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,
                        const InferenceOptions& inference)
     : camera_(camera),

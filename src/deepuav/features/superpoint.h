@@ -13,7 +13,8 @@ namespace deepuav {
 
 struct SuperPointOptions {
   std::string model;
-  double network_pixels = 0;
+  double network_pixels = 250'000;
+  double photograph_pixels = 0;
   int keypoints = 1000;
   double threshold = 0.005;
   int faint_keypoints = 450;
@@ -26,6 +27,8 @@ struct SuperPointOptions {
   double sigma = 1.0;
 
   void Check() const;
+  /// The same where there is time: for photographs.
+  SuperPointOptions OfPhotographs() const;
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
@@ -34,6 +37,10 @@ struct SuperPointOptions {
     visit("network_pixels", network_pixels, "px",
           "images of more pixels are reduced to about as many for the network, which then takes "
           "less time and is less precise; 0: none are",
+          ZeroOr(Between(1e4, 4e8)));
+    visit("photograph_pixels", photograph_pixels, "px",
+          "the same of photographs that are mapped at once, of images that are to tell a lens, and "
+          "of those that match compares",
           ZeroOr(Between(1e4, 4e8)));
     visit("keypoints", keypoints, "", "key points kept in an image, the best", Between(1, 20'000));
     visit("threshold", threshold, "", "detection probability that a key point must exceed",

@@ -91,6 +91,17 @@ TEST_F(SuperPointToy, FindsInAReducedImageWhereItIsInTheImage) {
   }
 }
 
+TEST_F(SuperPointToy, SeesPhotographsWhole) {
+  SuperPointOptions options = Options("scores");
+  options.network_pixels = 128 * 96;
+  const Features features = SuperPoint(PinholeCamera(256, 192), options.OfPhotographs(), Fp32())
+                                .Extract(Dots(256, 192, {{41, 21}, {200, 150}}));
+  ExpectKeypointsAt(features, {{41, 21}, {200, 150}});
+  EXPECT_NEAR(features.keypoints[0].sigma_px, 1, 1e-3);
+  options.photograph_pixels = 64 * 48;
+  EXPECT_EQ(options.OfPhotographs().network_pixels, 64 * 48);
+}
+
 TEST_F(SuperPointToy, KeepsTheBest) {
   GreyImage image = Dots(64, 64, {});
   image(10, 10) = 150;

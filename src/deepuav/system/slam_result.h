@@ -42,6 +42,7 @@ struct SlamResult {
   std::string
       failure;  ///< What ended the run early, if anything did; the result until then is complete.
   bool stopped = false;  ///< By `stop`: before the last image, or in what follows it.
+  bool ended_early() const { return stopped || !failure.empty(); }
 };
 
 }  // namespace deepuav

@@ -81,7 +81,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
     lens_ = sample->lens;
   }
   const Camera camera = loaded ? loaded->camera : sample ? sample->camera : dataset_->camera();
-  Eyes eyes(camera, options_);
+  Eyes eyes(camera, is_survey ? options_.OfPhotographs() : options_);
   if (is_survey) eyes.ProvideLearnedMatcher(camera, options_);
   if (loaded) CheckNetwork(request_.map, *loaded, eyes);
 

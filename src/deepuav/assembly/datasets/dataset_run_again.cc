@@ -25,7 +25,7 @@ bool DatasetRun::PassAgain(const Camera& told, const RunHooks& hooks, Pass* pass
 }
 
 bool DatasetRun::WasSpoilt(const SlamResult& result) const {
-  if (result.stopped || !result.failure.empty()) return false;
+  if (result.ended_early()) return false;
   return HidReadout(result) || HidWriting(result) || WasLensOff(result) ||
          result.image_turns_saved_share >= options_.system.image_turns.begin_anew_share;
 }
@@ -45,14 +45,14 @@ bool DatasetRun::WasBent(const SlamResult& result) const {
 }
 
 bool DatasetRun::WasLensOff(const SlamResult& result) const {
-  if (result.stopped || !result.failure.empty()) return false;
+  if (result.ended_early()) return false;
   const LensSearchOptions& search = options_.system.mapping.lens;
   return (search.whole || !WasBent(result)) && result.lens_shift_px >= search.begin_anew_px;
 }
 
 bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
                                 const SlamResult& result) const {
-  if (known.empty() || result.stopped || !result.failure.empty()) return false;
+  if (known.empty() || result.ended_early()) return false;
   const auto is_new = [&](const auto& turn) { return !known.contains(turn.first); };
   const auto more = std::ranges::count_if(result.image_turns, is_new);
   return static_cast<double>(more) >=
@@ -61,7 +61,7 @@ bool DatasetRun::TellsMoreTurns(const std::map<Timestamp, ReadoutMotion>& known,
 
 std::optional<Camera> DatasetRun::FollowDoubt(const RunHooks& hooks, Pass* doubted) {
   SlamResult& result = doubted->result;
-  if (!result.focal_doubt || result.stopped || !result.failure.empty()) return std::nullopt;
+  if (!result.focal_doubt || result.ended_early()) return std::nullopt;
   std::optional<Camera> followed;
   try {
     const auto sample = ConfirmBySample(result.focal_doubt->ratio, dataset_.get(), request_.range,
@@ -77,19 +77,19 @@ std::optional<Camera> DatasetRun::FollowDoubt(const RunHooks& hooks, Pass* doubt
 
 void DatasetRun::SurveyAgain(const Camera& told, const SurveyHooks& hooks, SurveyRun* doubted) {
   SlamResult& result = doubted->result;
-  if (!result.focal_doubt || result.stopped || !result.failure.empty()) return;
+  if (!result.focal_doubt || result.ended_early()) return;
   Log().info("the photographs are made a map once more, as if their lens were not known");
   const Camera camera = OfUnknownLens(told);
   try {
     images_.Rewind();
     if (hooks.observer) hooks.observer->OnRestart();
-    Eyes eyes(camera, options_);
+    Eyes eyes(camera, options_.OfPhotographs());
     eyes.ProvideLearnedMatcher(camera, options_);
     SurveyRun anew = RunSurvey(camera, kDoubtedFocalSigma, options_.system, eyes.perception(),
                                &images_, hooks, sensors_.streams);
     result.stopped = anew.result.stopped;
     const auto& lens = anew.outcome.lens;
-    if (result.stopped || !anew.result.failure.empty()) return;
+    if (anew.result.ended_early()) return;
     if (!lens || !lens->is_focal_told) {
       Log().warn("the images do not tell the lens: it stays as it was");
       return;
@@ -131,7 +131,7 @@ void DatasetRun::BeginAnew(const RunHooks& hooks) {
 
 bool DatasetRun::KeepsFirst(const Pass& anew, Pass* first) {
   const bool has_map = !anew.atlas.Remaining().empty();
-  if (!anew.result.stopped && anew.result.failure.empty() && has_map) return false;
+  if (!anew.result.ended_early() && has_map) return false;
   Log().warn("that {}: the results are those of the first time",
              has_map ? "ended early" : "found no map");
   first->result.stopped = anew.result.stopped;

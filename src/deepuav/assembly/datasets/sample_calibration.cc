@@ -43,7 +43,7 @@ bool IsGuess(double focal_sigma) { return focal_sigma >= kGuessSigma; }
 std::optional<SampleCalibration> CalibrateFromImages(const Camera& camera, double focal_sigma,
                                                      const RunOptions& options, ImageSource* images,
                                                      const std::function<bool()>& stop) {
-  Eyes eyes(camera, options);
+  Eyes eyes(camera, options.OfPhotographs());
   const SurveyRun survey =
       RunSurvey(camera, focal_sigma, options.system, eyes.perception(), images, {.stop = stop});
   const auto located = std::count_if(survey.result.frames.begin(), survey.result.frames.end(),

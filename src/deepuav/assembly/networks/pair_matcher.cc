@@ -49,7 +49,7 @@ PairMatcher::PairMatcher(const RunOptions& options, int max_side_px, bool headin
       headings_(headings),
       refine_(refine && options.system.patches.enabled),
       patches_(options.system.patches),
-      extractor_(options.features, options.inference) {
+      extractor_(options.features.OfPhotographs(), options.inference) {
   ShippedModels().Check(options.features.model);
   if (NeedsSuperGlue(options)) {
     ShippedModels().Check(options.superglue.model);

@@ -47,6 +47,12 @@ void RunOptions::Check() const {
   system.Check();
 }
 
+RunOptions RunOptions::OfPhotographs() const {
+  RunOptions options = *this;
+  options.features = features.OfPhotographs();
+  return options;
+}
+
 void RunOptions::Register(OptionRegistry* registry) {
   registry->Add("images", &images);
   registry->Add("features", &network);

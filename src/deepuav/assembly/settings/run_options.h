@@ -63,6 +63,8 @@ struct RunOptions {
 
   void Check() const;
   void Register(OptionRegistry* registry);
+  /// The same for images that are seen as SuperPointOptions::OfPhotographs.
+  RunOptions OfPhotographs() const;
 };
 
 /// The options of a run and the names by which they are set: the one registry that command line,
