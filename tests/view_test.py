@@ -66,17 +66,18 @@ class ViewTest(SceneTest):
         program = self.start("live", images, "--loop", "--out", out, "--view", "--save-every", "0")
         client, status = program.handshake()
         self.assertEqual(status, 101)
-        lines = []
-        while not any("fly sideways and turn" in line for line in lines):
+        lines, end = [], time.monotonic() + TIMEOUT_S
+        while not any("the lens is looked for" in line for line in lines):
+            self.assertLess(time.monotonic(), end, lines)
             kind, header = message(client)
             lines += header["lines"] if kind == "events" else []
         self.assertNotIn("map 0 starts", program.text())
         client.close()
         taken = subprocess.run(command("live", images, "--out", self.scratch / "taken", "--view", "--port", program.port),
-                               capture_output=True, text=True)
+                               capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual(taken.returncode, 1)
         self.assertIn("no page can be served there", taken.stderr)
-        self.assertNotIn("fly sideways", taken.stderr)
+        self.assertNotIn("the lens is looked for", taken.stderr)
 
     def test_a_survey_is_watched_while_it_grows(self):
         photographs = layered_scene.photographs(self.scene, self.scratch / "photographs")

@@ -43,6 +43,7 @@ FeedView FeedOf(const LiveStatus& status) {
   constexpr double kMs = 1e3;
   const char* pictures[] = {"open", "open, stands still", "open, frozen"};
   FeedView view;
+  if (!status.is_fed) return view;  // Before tracking begins.
   view.link = status.counts.is_open ? pictures[static_cast<int>(status.counts.picture)] : "closed";
   view.arrived = status.counts.arrived + status.counts.late;
   view.skipped = status.skipped + status.counts.late;
@@ -62,7 +63,7 @@ void Show(const LiveRun& live, RunView* view, LiveHooks* hooks) {
 /// Empty unless the machine was too slow for what came, and the images can be made smaller.
 std::string AdviceAfter(const FinishedRun& run) {
   constexpr double kManyOvertaken = 0.05;
-  constexpr int kEnoughPixels = 150'000;
+  constexpr int kEnoughPixels = 200'000;
   const auto came = static_cast<double>(run.facts.live->arrived);
   const double most_pixels = std::stod(run.facts.options.at("features.network_pixels"));
   const bool can_be_smaller = (most_pixels == 0 || most_pixels > kEnoughPixels) &&

@@ -33,7 +33,8 @@ std::vector<View> LoadViews(Dataset* dataset, const Trajectory& truth, const Vie
   SuperPoint extractor(camera, superpoint, {});
   std::optional<SuperPointTurned> turned;
   if (options.turned)
-    turned.emplace(SeenSize(camera.width, camera.height), options.model, InferenceOptions{});
+    turned.emplace(SeenSize(camera.width, camera.height, superpoint.network_pixels), options.model,
+                   InferenceOptions{});
   std::vector<View> views;
   for (int frame = 0; frame < dataset->size(); frame += options.stride) {
     const auto pose = PoseAt(truth, dataset->Time(frame));

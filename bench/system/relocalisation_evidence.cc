@@ -193,7 +193,7 @@ void Run(const std::array<std::string, 4>& files, const std::vector<std::string>
   SuperPoint extractor(dataset->camera(), features, {});
   std::optional<SuperPointTurned> describer;
   if (settings.turned) {
-    const SeenSize size(dataset->camera().width, dataset->camera().height);
+    const SeenSize size(dataset->camera().width, dataset->camera().height, features.network_pixels);
     describer.emplace(size, model, InferenceOptions{});
   }
   std::vector<std::shared_ptr<const LocalMap>> candidates;

@@ -54,15 +54,15 @@ Features ReadFeatures(std::istream& stream) {
 }
 
 /// What the features of a file were made of: one that says anything else is stale.
-std::string Origin(const Dataset& dataset, const std::string& model) {
+std::string Origin(const Dataset& dataset, const SuperPointOptions& options) {
   const Camera& camera = dataset.camera();
   const Pinhole& pinhole = camera.pinhole;
   return fmt::format(
-      "deepuav stored features 1\nmodel {}\n{} images of {} x {} from {} on\n"
+      "deepuav stored features 1\nmodel {} sees {} px\n{} images of {} x {} from {} on\n"
       "lens {} {} {} {} [{}]\n{} bytes a key point\n",
-      ModelSha256(model), dataset.size(), camera.width, camera.height,
-      dataset.size() > 0 ? dataset.Time(0).nanoseconds : 0, pinhole.fx, pinhole.fy, pinhole.cx,
-      pinhole.cy, fmt::join(camera.distortion, " "), sizeof(Keypoint));
+      ModelSha256(options.model), options.network_pixels, dataset.size(), camera.width,
+      camera.height, dataset.size() > 0 ? dataset.Time(0).nanoseconds : 0, pinhole.fx, pinhole.fy,
+      pinhole.cx, pinhole.cy, fmt::join(camera.distortion, " "), sizeof(Keypoint));
 }
 
 bool IsFrom(const std::string& origin, std::istream& stream) {
@@ -90,14 +90,14 @@ bool SetPart(const std::string& word, Part* part) {
 std::vector<Features> LoadOrExtract(Dataset* dataset, const std::string& file,
                                     const std::string& model) {
   std::vector<Features> all;
-  const std::string origin = Origin(*dataset, model);
+  SuperPointOptions options;
+  options.model = model;
+  options.faint_keypoints = options.keypoints;
+  const std::string origin = Origin(*dataset, options);
   if (std::ifstream stored(file, std::ios::binary); stored && IsFrom(origin, stored)) {
     for (int i = 0; i < dataset->size(); ++i) all.push_back(ReadFeatures(stored));
     return all;
   }
-  SuperPointOptions options;
-  options.model = model;
-  options.faint_keypoints = options.keypoints;
   SuperPoint extractor(dataset->camera(), options, {});
   const std::string unfinished = file + ".unfinished";
   std::ofstream store(unfinished, std::ios::binary);

@@ -67,6 +67,7 @@ double ResidentMb() {
 std::vector<Photograph> Describe(Dataset* dataset, const std::string& model) {
   SuperPointOptions options;
   options.model = model;
+  options = options.OfPhotographs();
   SuperPoint extractor(dataset->camera(), options, {});
   const double resident_before_mb = ResidentMb();
   const Stopwatch making;

@@ -14,6 +14,7 @@ class SeenSize {
 
   int width() const { return width_; }  ///< px
   int height() const { return height_; }
+  bool IsReduced() const { return width_ != image_width_ || height_ != image_height_; }
 
   /// The image itself, or `buffer` with the image reduced. Throws Error for one of another size
   /// than the camera's.
@@ -25,8 +26,6 @@ class SeenSize {
   double PixelLength() const;
 
  private:
-  bool IsReduced() const { return width_ != image_width_ || height_ != image_height_; }
-
   const int image_width_, image_height_;
   int width_, height_;
   Eigen::Vector2f network_per_image_;

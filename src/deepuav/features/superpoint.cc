@@ -1,5 +1,7 @@
 #include "deepuav/features/superpoint.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <cmath>
 
@@ -41,7 +43,11 @@ SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,
       size_(camera.width, camera.height, options.network_pixels),
       network_(size_.width(), size_.height(), options.model, inference) {}
 
-std::string SuperPoint::Description() const { return network_.Description(); }
+std::string SuperPoint::Description() const {
+  const std::string network = network_.Description();
+  if (!size_.IsReduced()) return network;
+  return fmt::format("{} at {}x{}", network, size_.width(), size_.height());
+}
 
 std::optional<Keypoint> SuperPoint::MakeKeypoint(const Eigen::Vector2f& image_px,
                                                  float score) const {

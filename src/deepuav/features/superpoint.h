@@ -27,7 +27,7 @@ struct SuperPointOptions {
   double sigma = 1.0;
 
   void Check() const;
-  /// The same where there is time: for photographs.
+  /// The same for photographs, for which there is time.
   SuperPointOptions OfPhotographs() const;
 
   template <typename Visitor>
@@ -39,8 +39,8 @@ struct SuperPointOptions {
           "less time and is less precise; 0: none are",
           ZeroOr(Between(1e4, 4e8)));
     visit("photograph_pixels", photograph_pixels, "px",
-          "the same of photographs that are mapped at once, of images that are to tell a lens, and "
-          "of those that match compares",
+          "the same of photographs that are mapped at once or looked for in a map, of images that "
+          "are to tell a lens, and of those that match and train-vocab see",
           ZeroOr(Between(1e4, 4e8)));
     visit("keypoints", keypoints, "", "key points kept in an image, the best", Between(1, 20'000));
     visit("threshold", threshold, "", "detection probability that a key point must exceed",
@@ -50,15 +50,16 @@ struct SuperPointOptions {
     visit("faint_threshold", faint_threshold, "", "detection probability that these must exceed",
           Below(0, 1));
     visit("nms_radius", nms_radius, "px",
-          "a key point is the maximum within this distance along x and y", Between(0, 1000));
+          "a key point is the maximum within this distance along x and y; this and the following "
+          "in pixels that the network sees",
+          Between(0, 1000));
     visit("border", border, "px", "edge of the image without key points", Between(0, 1000));
     visit("subpixel", subpixel, "", "whether positions are found between pixels");
     visit("subpixel_sigma", subpixel_sigma, "px",
           "smoothing of the probability map for sub-pixel positions", Between(0, kSuperPointCell));
     visit("subpixel_max_offset", subpixel_max_offset, "px",
           "largest sub-pixel correction along x and y", Between(0, 1));
-    visit("sigma", sigma, "px",
-          "standard deviation of a key point's position in the image as taken", Above(0, 100));
+    visit("sigma", sigma, "px", "standard deviation of a key point's position", Above(0, 100));
   }
 };
 

@@ -81,7 +81,9 @@ TEST_F(SuperPointToy, FindsInAReducedImageWhereItIsInTheImage) {
   image(cv::Rect(200, 150, 2, 2)) = 255;
   SuperPointOptions options = Options("scores");
   options.network_pixels = 128 * 96;
-  const Features features = SuperPoint(PinholeCamera(256, 192), options, Fp32()).Extract(image);
+  SuperPoint extractor(PinholeCamera(256, 192), options, Fp32());
+  EXPECT_TRUE(extractor.Description().ends_with(" at 128x96")) << "other maps see otherwise";
+  const Features features = extractor.Extract(image);
   ASSERT_EQ(features.size(), 2);
   EXPECT_EQ(features.keypoints[0].image_px, Eigen::Vector2f(40.5f, 20.5f));
   EXPECT_EQ(features.keypoints[1].image_px, Eigen::Vector2f(200.5f, 150.5f));
@@ -94,8 +96,9 @@ TEST_F(SuperPointToy, FindsInAReducedImageWhereItIsInTheImage) {
 TEST_F(SuperPointToy, SeesPhotographsWhole) {
   SuperPointOptions options = Options("scores");
   options.network_pixels = 128 * 96;
-  const Features features = SuperPoint(PinholeCamera(256, 192), options.OfPhotographs(), Fp32())
-                                .Extract(Dots(256, 192, {{41, 21}, {200, 150}}));
+  SuperPoint extractor(PinholeCamera(256, 192), options.OfPhotographs(), Fp32());
+  EXPECT_EQ(extractor.Description().find(" at "), std::string::npos);
+  const Features features = extractor.Extract(Dots(256, 192, {{41, 21}, {200, 150}}));
   ExpectKeypointsAt(features, {{41, 21}, {200, 150}});
   EXPECT_NEAR(features.keypoints[0].sigma_px, 1, 1e-3);
   options.photograph_pixels = 64 * 48;

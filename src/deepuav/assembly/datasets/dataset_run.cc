@@ -81,7 +81,9 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
     lens_ = sample->lens;
   }
   const Camera camera = loaded ? loaded->camera : sample ? sample->camera : dataset_->camera();
-  Eyes eyes(camera, is_survey ? options_.OfPhotographs() : options_);
+  // What is looked for in a survey's map is to be seen as that was.
+  const bool sees_whole = is_survey || (loaded && dataset_->Kind() == "photographs");
+  Eyes eyes(camera, sees_whole ? options_.OfPhotographs() : options_);
   if (is_survey) eyes.ProvideLearnedMatcher(camera, options_);
   if (loaded) CheckNetwork(request_.map, *loaded, eyes);
 

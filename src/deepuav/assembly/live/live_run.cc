@@ -137,7 +137,10 @@ LiveStatus LiveRun::status() const {
   constexpr size_t kLatest = 200;
   const std::scoped_lock lock(mutex_);
   LiveStatus status = last_;
-  if (feed_) status.counts = feed_->counts();
+  if (feed_) {
+    status.is_fed = true;
+    status.counts = feed_->counts();
+  }
   if (run_) {
     status.pushed = run_->pushed();
     status.skipped = run_->skipped();
@@ -161,7 +164,9 @@ std::optional<SampleCalibration> LiveRun::FindLens(const LiveHooks& hooks) {
 void LiveRun::LearnLens(const LiveHooks& hooks) {
   if (!push_.map.empty() || !IsGuess(push_.calibration.focal_sigma) || request_.lens.longest_s == 0)
     return;
-  const std::string line = "no calibration: fly sideways and turn, until the images tell the lens";
+  const std::string line =
+      dataset_ ? "the lens is looked for in images from the middle"
+               : "the lens is looked for: fly sideways and turn, until the images tell it";
   Log().info("{}: {}", source_->Name(), line);
   if (hooks.say) hooks.say(line);
   const std::optional<SampleCalibration> found = FindLens(hooks);

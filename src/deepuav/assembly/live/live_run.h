@@ -39,6 +39,7 @@ struct LiveHooks {
 
 /// How a live run does.
 struct LiveStatus {
+  bool is_fed = false;  ///< Whether images go, or went, to the run.
   LiveCounts counts;
   int pushed = 0, skipped = 0;      ///< Images for the run, and of these overtaken by newer ones.
   LatencyMeter::Latencies latency;  ///< Of the latest seconds.
