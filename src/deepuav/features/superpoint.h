@@ -13,7 +13,7 @@ namespace deepuav {
 
 struct SuperPointOptions {
   std::string model;
-  double network_pixels = 250'000;
+  double network_pixels = 400'000;
   double photograph_pixels = 0;
   int keypoints = 1000;
   double threshold = 0.005;
