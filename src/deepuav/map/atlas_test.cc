@@ -37,6 +37,7 @@ TEST(Atlas, AMergedMapStandsForWhatWasPutIntoIt) {
   atlas.Merge(MapId{1}, MapId{2}, KeyframeId{4});
   EXPECT_EQ(atlas.Current(MapId{1}), MapId{2});
   EXPECT_EQ(atlas.Remaining(), (MapIds{{0}, {2}, {3}}));
+  EXPECT_EQ(atlas.BySize(), (MapIds{{2}, {0}, {3}}));
   EXPECT_EQ(&atlas.At(MapId{1}), &atlas.At(MapId{2}));
   EXPECT_EQ(atlas.At(MapId{2}).KeyframeCount(), 4);
   EXPECT_EQ(atlas.At(MapId{2}).At(KeyframeId{2}).parent, KeyframeId{4});
