@@ -16,10 +16,12 @@ Eigen::Vector2f TurnPixel(const Eigen::Vector2f& px, int quarter_turns, int widt
   }
 }
 
-TurnedDescriptors TurnedDescriber::Describe(const GreyImage& image, const Features& features) {
+TurnedDescriptors TurnedDescriber::Describe(const GreyImage& image, const Features& features,
+                                            const QuarterTurns& turns) {
   TurnedDescriptors turned;
-  for (size_t i = 0; i < turned.size(); ++i)
-    turned[i] = DescribeTurned(image, features, static_cast<int>(i) + 1);
+  for (size_t i = 0; i < turned.size(); ++i) {
+    if (turns[i]) turned[i] = DescribeTurned(image, features, static_cast<int>(i) + 1);
+  }
   return turned;
 }
 

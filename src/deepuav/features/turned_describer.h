@@ -11,6 +11,10 @@ namespace deepuav {
 /// shown by 90, 180 and 270 degrees.
 using TurnedDescriptors = std::array<Descriptors, 3>;
 
+/// Some of these three headings.
+using QuarterTurns = std::array<bool, 3>;
+inline constexpr QuarterTurns kAllTurns = {true, true, true};
+
 /// Where the pixel `px` of an image of `width` x `height` lies once the image is turned clockwise
 /// by `quarter_turns` (0 to 3) times 90 degrees.
 Eigen::Vector2f TurnPixel(const Eigen::Vector2f& px, int quarter_turns, int width, int height);
@@ -27,8 +31,9 @@ class TurnedDescriber {
   virtual Descriptors DescribeTurned(const GreyImage& image, const Features& features,
                                      int quarter_turns) = 0;
 
-  /// Under all three.
-  TurnedDescriptors Describe(const GreyImage& image, const Features& features);
+  /// Under `turns`; the others are left empty.
+  TurnedDescriptors Describe(const GreyImage& image, const Features& features,
+                             const QuarterTurns& turns = kAllTurns);
 };
 
 }  // namespace deepuav

@@ -194,9 +194,10 @@ std::vector<Relocaliser::View> Relocaliser::ViewsOf(const Frame& frame,
   // unit of another map, and rows that are not another image's columns.
   views[0].frame.motion = {};
   for (size_t i = 0; i < turned.size(); ++i) {
+    if (turned[i].size() == 0) continue;
     if (turned[i].size() != frame.features->size()) {
-      throw Error("{} turned descriptors: expected one for each of {} key points", turned[i].size(),
-                  frame.features->size());
+      throw Error("{} turned descriptors: expected none or one for each of {} key points",
+                  turned[i].size(), frame.features->size());
     }
     const int quarter_turns = static_cast<int>(i) + 1;
     const bool wanted = headings.empty() || std::find(headings.begin(), headings.end(),

@@ -93,11 +93,11 @@ class Relocaliser {
               const LocatorOptions& locator, PlaceMatchers matchers, StageListener* stages);
 
   /// `candidates`: the surroundings of keyframes (LocalMap::centre) that look like the frame.
-  /// `turned`: the frame's descriptors on the image turned clockwise by 90, 180 and 270 degrees, or
-  /// empty. `headings`: under which of these each candidate resembles the frame (0: upright); it is
-  /// tried under that one and upright then, else, without `headings`, under all. Nothing when no
-  /// pose is sure; `reason` (if given) then says why. Throws Error for another number of turned
-  /// descriptors.
+  /// `turned`: the frame's descriptors on the image turned clockwise by 90, 180 and 270 degrees
+  /// (those not described empty), or none. `headings`: under which of these each candidate
+  /// resembles the frame (0: upright); it is tried under that one and upright then, else, without
+  /// `headings`, under all. Nothing when no pose is sure; `reason` (if given) then says why. Throws
+  /// Error for another number of turned descriptors.
   std::optional<Found> Relocalise(const Frame& frame, std::span<const Descriptors> turned,
                                   std::span<const std::shared_ptr<const LocalMap>> candidates,
                                   std::string* reason = nullptr,

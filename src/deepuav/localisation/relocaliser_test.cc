@@ -48,6 +48,11 @@ TEST_F(RelocaliserTest, FindsThePoseAtAllQuarterTurns) {
     ExpectPose(found->located.cam_from_world, truth);
     EXPECT_GT(found->evidence.inliers, found->evidence.agreeing * 6 / 5)
         << "what the candidate's keyframe does not see is matched turned as well";
+    std::vector<Descriptors> alone(turned.size());
+    alone[static_cast<size_t>(turns - 1)] = turned[static_cast<size_t>(turns - 1)];
+    const auto found_alone = Relocalise(view, {around_[0]}, alone);
+    ASSERT_TRUE(found_alone) << turns << ", the only heading described: " << reason_;
+    EXPECT_EQ(found_alone->located.cam_from_world.Matrix(), found->located.cam_from_world.Matrix());
   }
 }
 
@@ -197,9 +202,11 @@ TEST_F(RelocaliserTest, TurnedDescriptorsMustFitTheFrame) {
   const SyntheticView view = world_.View(Above(6, 0, 0), {0.5, 0.2, 0, 0}, &random_);
   EXPECT_THROW(Relocalise(view, around_, std::vector<Descriptors>(2, view.features->descriptors)),
                Error);
-  EXPECT_THROW(
-      Relocalise(view, around_, std::vector<Descriptors>(3, Descriptors(FeatureWorld::kDimension))),
-      Error);
+  std::vector<Descriptors> one_too_few(3);
+  one_too_few[1] = Descriptors(FeatureWorld::kDimension);
+  for (int i = 1; i < view.features->size(); ++i)
+    one_too_few[1].AppendFrom(view.features->descriptors, i);
+  EXPECT_THROW(Relocalise(view, around_, one_too_few), Error);
 }
 
 TEST(RelocaliserOptions, RefusesWhatCannotBe) {

@@ -62,11 +62,20 @@ LoopCloser::LoopCloser(const Camera& camera, const LoopingOptions& options,
   options_.Check();
 }
 
-bool LoopCloser::HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId keyframe) const {
-  int keyframes = 0;
-  for (MapId id : atlas.Remaining()) keyframes += atlas.At(id).KeyframeCount();
-  const auto near = Surroundings(atlas.At(map), keyframe, options_.min_near_shared).size();
-  return keyframes > static_cast<int>(near);
+QuarterTurns LoopCloser::TurnsFor(const Atlas& atlas, MapId map, KeyframeId keyframe) const {
+  for (MapId id : atlas.Remaining()) {
+    if (id != map && atlas.At(id).KeyframeCount() > 0) return kAllTurns;
+  }
+  const Map& own = atlas.At(map);
+  const SE3& camera = own.At(keyframe).cam_from_world;
+  const std::set<KeyframeId> near = Surroundings(own, keyframe, options_.min_near_shared);
+  QuarterTurns turns = {};
+  own.keyframes().ForEach([&](const Keyframe& place) {
+    if (near.contains(place.id)) return;
+    const QuarterTurns here = TurnsToTry(camera, place.cam_from_world, options_.turns);
+    for (size_t i = 0; i < turns.size(); ++i) turns[i] = turns[i] || here[i];
+  });
+  return turns;
 }
 
 std::optional<MapCorrection> LoopCloser::Process(const Atlas& atlas, MapId map, KeyframeId keyframe,

@@ -11,6 +11,7 @@
 #include "deepuav/looping/essential_graph.h"
 #include "deepuav/looping/loop_verifier.h"
 #include "deepuav/looping/place_memory.h"
+#include "deepuav/looping/turns_to_try.h"
 
 namespace deepuav {
 
@@ -27,6 +28,7 @@ struct LoopingOptions {
   RelocaliserOptions relocaliser;
   VerifierOptions verifier;
   DriftOptions drift;
+  TurnsToTryOptions turns;
   EssentialGraphOptions essential_graph;
 
   void Check() const;
@@ -54,6 +56,7 @@ struct LoopingOptions {
     visit.Part("relocaliser", relocaliser);
     visit.Part("verifier", verifier);
     visit.Part("drift", drift);
+    visit.Part("turns", turns);
     visit.Part("essential_graph", essential_graph);
   }
 };
@@ -67,11 +70,12 @@ class LoopCloser {
   LoopCloser(const Camera& camera, const LoopingOptions& options, const LocatorOptions& locator,
              PlaceMemory* places, PlaceMatchers matchers, StageListener* stages);
 
-  /// Whether the keyframe could close a loop: something else than its neighbours is known.
-  bool HasDistantKeyframes(const Atlas& atlas, MapId map, KeyframeId keyframe) const;
+  /// Under which headings the keyframe could look like what is not around it: those that its map
+  /// has seen places under, and all where there are other maps, of whose heading nothing is known.
+  QuarterTurns TurnsFor(const Atlas& atlas, MapId map, KeyframeId keyframe) const;
 
-  /// Takes the newest keyframe; `turned` are its descriptors under other headings, or none. Gives
-  /// the correction once enough keyframes agree on a loop.
+  /// Takes the newest keyframe; `turned` are its descriptors under other headings, those not asked
+  /// for empty, or none. Gives the correction once enough keyframes agree on a loop.
   std::optional<MapCorrection> Process(const Atlas& atlas, MapId map, KeyframeId keyframe,
                                        std::span<const Descriptors> turned);
 

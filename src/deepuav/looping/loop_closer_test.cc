@@ -194,18 +194,28 @@ TEST_F(LoopCloserTest, JoinsAMapOfAnyScale) {
   }
 }
 
-TEST_F(LoopCloserTest, NothingNewIsSeenAmongNeighbours) {
+TEST_F(LoopCloserTest, AsksForTheHeadingsThatItsMapHasSeenPlacesUnder) {
   Begin();
-  EXPECT_FALSE(closer_->HasDistantKeyframes(made_.atlas, MapId{0}, first_.keyframes[4]));
-  const Visit beside = made_.Add(MapId{0}, FlightAlongStrip(31, 2));
-  EXPECT_TRUE(closer_->HasDistantKeyframes(made_.atlas, MapId{0}, first_.keyframes[4]));
-  EXPECT_TRUE(closer_->HasDistantKeyframes(made_.atlas, MapId{0}, beside.keyframes[0]));
+  const MapId map = first_.map;
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, first_.keyframes[4]), QuarterTurns{})
+      << "nothing but its surroundings is known";
+  const Visit ahead = made_.Add(map, FlightAlongStrip(31, 2));
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, ahead.keyframes[0]), QuarterTurns{});
+  const Visit back = made_.Add(map, {LookDown({31, 0.5, 12}, M_PI)});
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, back.keyframes[0]),
+            (QuarterTurns{false, true, false}));
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, first_.keyframes[4]),
+            (QuarterTurns{false, true, false}));
+}
 
-  SyntheticVisits two_maps(world_, 2);
-  const Visit one = two_maps.Add(two_maps.AddMap(), FlightAlongStrip(0, 3));
-  EXPECT_FALSE(closer_->HasDistantKeyframes(two_maps.atlas, one.map, one.keyframes[0]));
-  two_maps.Add(two_maps.AddMap(), FlightAlongStrip(0, 2));
-  EXPECT_TRUE(closer_->HasDistantKeyframes(two_maps.atlas, one.map, one.keyframes[0]));
+TEST_F(LoopCloserTest, AsksForAllHeadingsWhereThereIsAnotherMap) {
+  Begin();
+  const MapId other = made_.AddMap();
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, first_.map, first_.keyframes[4]), QuarterTurns{})
+      << "an empty one";
+  const Visit beside = made_.Add(other, FlightAlongStrip(0, 2));
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, first_.map, first_.keyframes[4]), kAllTurns);
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, other, beside.keyframes[0]), kAllTurns);
 }
 
 TEST_F(LoopCloserTest, TellsPlacesLikeAFrameUnderAnyHeading) {
@@ -221,6 +231,13 @@ TEST_F(LoopCloserTest, TellsPlacesLikeAFrameUnderAnyHeading) {
   ASSERT_FALSE(turned.empty());
   EXPECT_EQ(turned[0].keyframe, first_.keyframes[3]);
   EXPECT_EQ(turned[0].similarity, upright[0].similarity);
+
+  std::vector<Descriptors> one_heading(3);
+  one_heading[1] = view.features->descriptors;
+  const auto told = places_->PlacesLike(made_.atlas, *strange.features, one_heading);
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told[0].keyframe, first_.keyframes[3]);
+  EXPECT_EQ(told[0].view, 2);
 }
 
 TEST(LoopingOptions, RefusesWhatCannotBe) {

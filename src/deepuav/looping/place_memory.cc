@@ -46,7 +46,8 @@ std::vector<PlaceCandidate> PlaceMemory::PlacesLike(const Atlas& atlas, const Fe
                                                     std::span<const Descriptors> turned,
                                                     const std::function<bool(KeyframeId)>& skip) {
   std::vector<BagOfWords> views = {vocabulary_->Words(features.descriptors)};
-  for (const Descriptors& descriptors : turned) views.push_back(vocabulary_->Words(descriptors));
+  for (const Descriptors& descriptors : turned)
+    views.push_back(descriptors.size() > 0 ? vocabulary_->Words(descriptors) : BagOfWords{});
   return Recognise(atlas, views, skip);
 }
 

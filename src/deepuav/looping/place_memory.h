@@ -58,7 +58,8 @@ class PlaceMemory {
   /// which `skip` is true, and those no longer in the atlas, are left out.
   std::vector<PlaceCandidate> Recognise(const Atlas& atlas, std::span<const BagOfWords> views,
                                         const std::function<bool(KeyframeId)>& skip = nullptr);
-  /// The same of an image; `turned` are its descriptors under other headings, or none.
+  /// The same of an image; `turned` are its descriptors under other headings, empty where it was
+  /// not described, or none.
   std::vector<PlaceCandidate> PlacesLike(const Atlas& atlas, const Features& features,
                                          std::span<const Descriptors> turned,
                                          const std::function<bool(KeyframeId)>& skip = nullptr);

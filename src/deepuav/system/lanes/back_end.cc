@@ -122,15 +122,16 @@ void BackEnd::CloseLoops() {
 
 std::optional<MapCorrection> BackEnd::FindLoop(const Newest& newest) {
   if (!loop_closer_) return std::nullopt;
-  TurnedDescriptors turned;
-  const bool describe = turned_ && newest.frame.image &&
-                        loop_closer_->HasDistantKeyframes(*atlas_, newest.map, newest.keyframe);
-  if (describe) {
-    const StageScope stage(stages_, "turned descriptors");
-    turned = turned_->Describe(newest.frame.image->image(), *newest.frame.features);
-  }
-  const std::span<const Descriptors> headings(turned.data(), describe ? turned.size() : 0);
-  return loop_closer_->Process(*atlas_, newest.map, newest.keyframe, headings);
+  const TurnedDescriptors turned = DescribeTurned(newest);
+  return loop_closer_->Process(*atlas_, newest.map, newest.keyframe, turned);
+}
+
+TurnedDescriptors BackEnd::DescribeTurned(const Newest& newest) const {
+  if (!turned_ || !newest.frame.image) return TurnedDescriptors();
+  const QuarterTurns turns = loop_closer_->TurnsFor(*atlas_, newest.map, newest.keyframe);
+  if (turns == QuarterTurns{}) return TurnedDescriptors();
+  const StageScope stage(stages_, "turned descriptors");
+  return turned_->Describe(newest.frame.image->image(), *newest.frame.features, turns);
 }
 
 void BackEnd::Correct(const MapCorrection& correction) {

@@ -58,6 +58,8 @@ class BackEnd {
   };
 
   std::optional<MapCorrection> FindLoop(const Newest& newest);
+  /// Under the headings that may tell of a loop; the others are empty.
+  TurnedDescriptors DescribeTurned(const Newest& newest) const;
   void Correct(const MapCorrection& correction);
   void StartAdjustment(MapId map);
   void FinishAdjustment();
