@@ -8,13 +8,14 @@
 |---|---|
 | climb | flights/climb.yaml from 10 to 120 m and back, a photograph every 2 s, over countryside |
 | climb_random, climb_exif | the same photographs in random order; with EXIF that says 5 % too much |
-| climb_rtk, large_rtk | the photographs with XMP of positions to 1 (up: 2) cm, as by a receiver with corrections |
+| climb_rtk, large_rtk, sparse_rtk | the photographs with XMP of positions to 1 (up: 2) cm, as by a receiver with corrections |
 | climb_turning | the same climb under a heading that follows the spiral |
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
 | two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
 | sparse | lines over a village, of which neighbouring photographs share three tenths; one in three is left out |
 | large | 300 photographs of 4000x3000 from 60 m over a village in lines and cross lines |
+| wide | 934 photographs from 60 m over a village and its fields in lines and cross lines |
 
 Photographs of 1600x1200 but those of `large`, whose pixels are each one ray; k1 = -0.25. They are rendered into CACHE
 once a seed, which is the scene's, too, and stay there. Prints a Markdown table, a row a run: photographs in the main map,
@@ -65,13 +66,16 @@ FLIGHTS = {
     "large": [("survey", {**LARGE_LENS, "course.length_m": 200, "course.width_m": 180, "course.line_spacing_m": 25,
                           "course.height_m": 60, "course.speed_m_s": 8, "flight.duration_s": 449.5,
                           "camera.rate_hz": 0.6667})],
+    "wide": [("survey", {"course.length_m": 380, "course.width_m": 340, "course.line_spacing_m": 25, "course.height_m": 60,
+                         "course.speed_m_s": 8, "flight.duration_s": 1400, "camera.rate_hz": 0.6667})],
 }
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
             "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"),
-            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned")}
+            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned"),
+            "sparse_rtk": ("sparse", "thinned, rtk")}
 NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps",
-         "sparse", "two_heights", "large"]
+         "sparse", "sparse_rtk", "two_heights", "large", "wide"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
@@ -135,7 +139,7 @@ def as_photographs(simulated, folder, how, seed):
     generator = random.Random(seed)
     if how == "random":
         generator.shuffle(taken)
-    if how == "thinned":
+    if "thinned" in how:
         taken = [shot for shot in taken if generator.random() >= THINNED]
     origin = None
     for number, (file, position) in enumerate(taken):
@@ -143,7 +147,7 @@ def as_photographs(simulated, folder, how, seed):
             diagonal = math.hypot(LENS["camera.width"], LENS["camera.height"])
             focal_35mm = round(EXIF_EXCESS * LENS["camera.fx"] / diagonal * FULL_FRAME_DIAGONAL_MM)
             (images / f"{number:04}.jpg").write_bytes(with_focal_length(file.read_bytes(), focal_35mm))
-        elif how == "rtk":
+        elif "rtk" in how:
             jpeg, measured = with_fix(file.read_bytes(), position, generator)
             origin = origin or measured
             (images / f"{number:04}.jpg").write_bytes(jpeg)

@@ -66,12 +66,14 @@ QuarterTurns LoopCloser::TurnsFor(const Atlas& atlas, MapId map, KeyframeId keyf
   for (MapId id : atlas.Remaining()) {
     if (id != map && atlas.At(id).KeyframeCount() > 0) return kAllTurns;
   }
+  QuarterTurns turns = {};
+  const bool will_rest = processed_ + 1 <= rest_until_;
+  if (will_rest) return turns;
   const Map& own = atlas.At(map);
   const SE3& camera = own.At(keyframe).cam_from_world;
   const std::set<KeyframeId> near = Surroundings(own, keyframe, options_.min_near_shared);
-  QuarterTurns turns = {};
   own.keyframes().ForEach([&](const Keyframe& place) {
-    if (near.contains(place.id)) return;
+    if (turns == kAllTurns || near.contains(place.id)) return;
     const QuarterTurns here = TurnsToTry(camera, place.cam_from_world, options_.turns);
     for (size_t i = 0; i < turns.size(); ++i) turns[i] = turns[i] || here[i];
   });

@@ -197,14 +197,38 @@ TEST_F(LoopCloserTest, JoinsAMapOfAnyScale) {
 TEST_F(LoopCloserTest, AsksForTheHeadingsThatItsMapHasSeenPlacesUnder) {
   Begin();
   const MapId map = first_.map;
-  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, first_.keyframes[4]), QuarterTurns{})
-      << "nothing but its surroundings is known";
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, first_.keyframes[4]), QuarterTurns{});
   const Visit ahead = made_.Add(map, FlightAlongStrip(31, 2));
   EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, ahead.keyframes[0]), QuarterTurns{});
   const Visit back = made_.Add(map, {LookDown({31, 0.5, 12}, M_PI)});
   EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, back.keyframes[0]),
             (QuarterTurns{false, true, false}));
   EXPECT_EQ(closer_->TurnsFor(made_.atlas, map, first_.keyframes[4]),
+            (QuarterTurns{false, true, false}));
+}
+
+TEST_F(LoopCloserTest, AsksForNoHeadingsOfItsSurroundings) {
+  SyntheticVisits turning(world_, 2);
+  const Visit on_the_spot = turning.Add(
+      turning.AddMap(),
+      {LookDown({5, 0, 12}, 0), LookDown({5.5, 0, 12}, M_PI / 2), LookDown({5, 0, 12}, M_PI)});
+  Begin();
+  for (const KeyframeId id : on_the_spot.keyframes)
+    EXPECT_EQ(closer_->TurnsFor(turning.atlas, on_the_spot.map, id), QuarterTurns{}) << id.value;
+}
+
+TEST_F(LoopCloserTest, AsksForNoHeadingsWhileItRests) {
+  const Visit second = Again(MapId{0}, drift_);
+  made_.Add(MapId{0}, {LookDown({31, 0.5, 12}, M_PI)});
+  Begin();
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, MapId{0}, second.keyframes[2]),
+            (QuarterTurns{false, true, false}));
+  EXPECT_EQ(Closes(second, 0, 3), OnlyLastOf(3));
+  for (size_t k = 3; k < 8; ++k) {
+    EXPECT_EQ(closer_->TurnsFor(made_.atlas, MapId{0}, second.keyframes[k]), QuarterTurns{}) << k;
+    Process(second, k);
+  }
+  EXPECT_EQ(closer_->TurnsFor(made_.atlas, MapId{0}, second.keyframes[8]),
             (QuarterTurns{false, true, false}));
 }
 

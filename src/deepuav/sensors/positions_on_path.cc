@@ -55,8 +55,14 @@ class Bracketing {
   size_t next_ = 0;
 };
 
-Timestamp Shifted(Timestamp time, double seconds) {
-  return {time.nanoseconds + std::llround(seconds * 1e9)};
+std::vector<LocalFix> Shifted(std::vector<LocalFix> fixes, double seconds) {
+  for (LocalFix& fix : fixes) fix.time.nanoseconds += std::llround(seconds * 1e9);
+  return fixes;
+}
+
+Eigen::Vector3d PositionIn(const Bracket<LocalFix>& between) {
+  return between.before->position_m +
+         between.ratio * (between.after->position_m - between.before->position_m);
 }
 
 PositionOnPath Pair(const TimedPose& camera, const Eigen::Vector3d& velocity, const LocalFix& fix) {
@@ -89,8 +95,7 @@ std::vector<LocalFix> LocalFixes(const std::vector<GnssFix>& fixes, const GeoPoi
 
 std::vector<PositionOnPath> PlaceOnPath(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                         double clock_offset_s, double max_gap_s) {
-  std::vector<LocalFix> shifted = fixes;
-  for (LocalFix& fix : shifted) fix.time = Shifted(fix.time, clock_offset_s);
+  const std::vector<LocalFix> shifted = Shifted(fixes, clock_offset_s);
   std::vector<PositionOnPath> placed;
   if (path.empty() || fixes.empty()) return placed;
   Bracketing along_path(path, max_gap_s);
@@ -110,12 +115,25 @@ std::vector<PositionOnPath> PlaceOnPath(const Trajectory& path, const std::vecto
     const auto found = along_fixes.At(camera.time);
     if (!found) continue;
     LocalFix fix = *found->before;
-    fix.position_m += found->ratio * (found->after->position_m - found->before->position_m);
+    fix.position_m = PositionIn(*found);
     fix.sigma_m = fix.sigma_m.cwiseMax(found->after->sigma_m);
     along_path.At(camera.time);
     placed.push_back(Pair(camera, along_path.VelocityOfPath(), fix));
   }
   return placed;
+}
+
+std::vector<std::optional<Eigen::Vector3d>> PositionsAt(const std::vector<Timestamp>& times,
+                                                        const std::vector<LocalFix>& fixes,
+                                                        double clock_offset_s, double max_gap_s) {
+  std::vector<std::optional<Eigen::Vector3d>> positions;
+  const std::vector<LocalFix> shifted = Shifted(fixes, clock_offset_s);
+  Bracketing along_fixes(shifted, max_gap_s);
+  for (const Timestamp time : times) {
+    const auto found = along_fixes.At(time);
+    positions.push_back(found ? std::optional(PositionIn(*found)) : std::nullopt);
+  }
+  return positions;
 }
 
 }  // namespace deepuav

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "deepuav/base/option_bounds.h"
@@ -62,5 +63,10 @@ struct PositionOnPath {
 /// times its own median interval. `clock_offset_s` is added to the fixes' times.
 std::vector<PositionOnPath> PlaceOnPath(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                         double clock_offset_s, double max_gap_s);
+
+/// The fixes' positions at growing `times`; offset and gaps as for PlaceOnPath.
+std::vector<std::optional<Eigen::Vector3d>> PositionsAt(const std::vector<Timestamp>& times,
+                                                        const std::vector<LocalFix>& fixes,
+                                                        double clock_offset_s, double max_gap_s);
 
 }  // namespace deepuav

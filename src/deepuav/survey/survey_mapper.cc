@@ -7,6 +7,7 @@
 #include "deepuav/base/logging.h"
 #include "deepuav/survey/growth/survey_start.h"
 #include "deepuav/survey/pairs/overlap.h"
+#include "deepuav/survey/pairs/pair_choice.h"
 #include "deepuav/survey/survey_map.h"
 
 namespace deepuav {

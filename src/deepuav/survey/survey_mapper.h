@@ -11,6 +11,7 @@
 #include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
 #include "deepuav/map/atlas.h"
+#include "deepuav/place/vocabulary.h"
 #include "deepuav/survey/adjustment/survey_sharpening.h"
 #include "deepuav/survey/growth/survey_growth.h"
 #include "deepuav/survey/pairs/learned_pairs.h"

@@ -15,16 +15,17 @@ struct SurveyOptions {
   int max_photographs = 2000;   ///< More are tracked as a video.
   int sequence_neighbours = 3;  ///< Photographs before and after that each is matched with.
   int similar_neighbours = 12;  ///< That look most like it, under any heading.
-  int overlap_neighbours = 16;  ///< At the end, that the map says overlap most.
-  double min_overlap = 0.25;    ///< Of the points of a photograph, seen by the other, for that.
-  int min_pair_matches = 20;    ///< That agree with one epipolar geometry.
-  double min_pair_ratio = 0.3;  ///< Of all matches of the pair.
-  double pair_error_px = 4;     ///< From the epipolar line: the lens is not known yet.
-  int weak_pair_matches = 60;   ///< Neighbours with fewer are matched by the learned matcher, too.
-  int trial_views = 8;          ///< Photographs by which a start and its focal length are judged.
-  int rival_views = 16;         ///< ...where those don't tell the focal length.
-  int trial_pairs = 12;         ///< First pairs that are tried.
-  double focal_lead = 1.02;     ///< Support of another focal length over that of the given one.
+  int position_neighbours = 12;  ///< Taken nearest to it on all sides, where that is known.
+  int overlap_neighbours = 16;   ///< At the end, that the map says overlap most.
+  double min_overlap = 0.25;     ///< Of the points of a photograph, seen by the other, for that.
+  int min_pair_matches = 20;     ///< That agree with one epipolar geometry.
+  double min_pair_ratio = 0.3;   ///< Of all matches of the pair.
+  double pair_error_px = 4;      ///< From the epipolar line: the lens is not known yet.
+  int weak_pair_matches = 60;    ///< Neighbours with fewer are matched by the learned matcher, too.
+  int trial_views = 8;           ///< Photographs by which a start and its focal length are judged.
+  int rival_views = 16;          ///< ...where those don't tell the focal length.
+  int trial_pairs = 12;          ///< First pairs that are tried.
+  double focal_lead = 1.02;      ///< Support of another focal length over that of the given one.
   double focal_rival_support = 0.9;  ///< Of the best start's, of one whose focal length may be it.
   double focal_agreement = 2;        ///< Of rivals, longest over shortest: else none is told.
   double held_focal_support = 0.8;   ///< Of the best start's, of one held at the given length.
@@ -71,6 +72,10 @@ struct SurveyOptions {
           "photographs before and after that each is matched with", Between(0, 1000));
     visit("similar_neighbours", similar_neighbours, "",
           "photographs that look most like each that it is matched with", Between(0, 1000));
+    visit("position_neighbours", position_neighbours, "",
+          "photographs taken nearest to each, on six sides in all, that it is matched with; where "
+          "position fixes are known",
+          Between(0, 1000));
     visit("overlap_neighbours", overlap_neighbours, "",
           "photographs that the map says overlap, matched with each before the end",
           Between(0, 1000));

@@ -68,6 +68,13 @@ int SurveyState::ViewCount() const {
                                         [](const auto& pose) { return pose.has_value(); }));
 }
 
+bool SurveyState::HasViews(int at_least) const {
+  int views = 0;
+  for (size_t v = 0; v < cam_from_world.size() && views < at_least; ++v)
+    views += cam_from_world[v].has_value();
+  return views >= at_least;
+}
+
 Eigen::Vector3d SurveyState::DriftPerS(int view, double row_px) const {
   const auto v = static_cast<size_t>(view);
   if (v >= velocity_world.size()) return Eigen::Vector3d::Zero();

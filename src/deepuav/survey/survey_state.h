@@ -64,6 +64,8 @@ struct SurveyState {
 
   SurveyState(const Tracks& tracks, size_t views, const SurveyLens& survey_lens);
   int ViewCount() const;
+  /// Asks no more views than it must.
+  bool HasViews(int at_least) const;
   bool Has(int view) const { return cam_from_world[static_cast<size_t>(view)].has_value(); }
   /// How a point moves in the view's camera in a second of readout, up to the row that shows it.
   Eigen::Vector3d DriftPerS(int view, double row_px) const;

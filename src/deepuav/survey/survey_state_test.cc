@@ -77,5 +77,16 @@ TEST(SurveyState, NothingIsSeenFromBehind) {
   EXPECT_TRUE(std::isinf(SquaredErrorPx(lens.camera, -ahead, px))) << "though it projects there";
 }
 
+TEST(SurveyState, CountsTheViewsThatHaveAPose) {
+  SurveyState state(Tracks(), 5, BentLens());
+  EXPECT_EQ(state.ViewCount(), 0);
+  EXPECT_TRUE(state.HasViews(0));
+  EXPECT_FALSE(state.HasViews(1));
+  state.cam_from_world[1] = state.cam_from_world[4] = SE3();
+  EXPECT_EQ(state.ViewCount(), 2);
+  EXPECT_TRUE(state.HasViews(2));
+  EXPECT_FALSE(state.HasViews(3));
+}
+
 }  // namespace
 }  // namespace deepuav

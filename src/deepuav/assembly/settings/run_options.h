@@ -45,7 +45,8 @@ struct PlaceOptions {
   void Visit(Visitor&& visit) {
     visit("vocabulary", vocabulary, "", "file of visual words; empty: no place is recognised");
     visit("headings", headings, "",
-          "recognise places under every heading: costs three runs of the network a keyframe");
+          "recognise places under every heading: costs a keyframe a run of the network for each "
+          "that its map has seen places under, three while there are several maps");
   }
 };
 

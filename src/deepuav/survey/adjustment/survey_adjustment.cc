@@ -12,6 +12,18 @@ struct SurveyBundle {
   std::vector<int> views, tracks;
 };
 
+/// 1 for each track that one of the views has a key point of: for a window of a large map the
+/// others need not be looked at.
+std::vector<uint8_t> TracksOf(const std::vector<int>& views, const Tracks& tracks) {
+  std::vector<uint8_t> is_of(tracks.tracks.size(), 0);
+  for (const int view : views) {
+    for (const int track : tracks.of_keypoint[static_cast<size_t>(view)]) {
+      if (track >= 0) is_of[static_cast<size_t>(track)] = 1;
+    }
+  }
+  return is_of;
+}
+
 SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::vector<int>& free,
                         const SurveyState& state) {
   SurveyBundle bundle;
@@ -36,8 +48,9 @@ SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::v
     problem.camera_fixed.push_back(!is_free[static_cast<size_t>(view)]);
     return camera;
   };
+  const std::vector<uint8_t> is_near = TracksOf(free, tracks);
   for (size_t t = 0; t < tracks.tracks.size(); ++t) {
-    if (!state.points[t]) continue;
+    if (!is_near[t] || !state.points[t]) continue;
     const std::vector<Track::Sight>& sights = tracks.tracks[t].sights;
     const auto counts = [&](size_t s) {
       return state.agrees[t][s] && state.cam_from_world[static_cast<size_t>(sights[s].view)];

@@ -6,6 +6,7 @@
 #include "deepuav/features/extractor.h"
 #include "deepuav/features/turned_describer.h"
 #include "deepuav/geometry/camera.h"
+#include "deepuav/place/vocabulary.h"
 #include "deepuav/survey/pairs/view_pairs.h"
 
 namespace deepuav {

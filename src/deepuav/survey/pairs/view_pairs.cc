@@ -1,56 +1,15 @@
 #include "deepuav/survey/pairs/view_pairs.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <opencv2/calib3d.hpp>
-#include <set>
 
 #include "deepuav/estimation/two_views/usac.h"
-#include "deepuav/place/place_index.h"
 
 namespace deepuav {
 namespace {
 
 /// As it is.
 const Features& FeaturesOf(const SurveyView& view) { return view.FeaturesAt(0); }
-
-/// A pair in which the lower number comes first. Turning the other one back is as good.
-PairCandidate Ordered(int a, int b, int quarter_turns) {
-  if (a < b) return {a, b, quarter_turns};
-  return {b, a, (4 - quarter_turns) % 4};
-}
-
-/// What `view` resembles under each heading.
-struct Resemblance {
-  float similarity = 0;
-  int view = 0, quarter_turns = 0;
-};
-
-std::vector<Resemblance> ViewsLike(const SurveyView& view, int self, const PlaceIndex& index,
-                                   const Vocabulary& vocabulary, int count) {
-  std::vector<Resemblance> all;
-  const auto query = [&](const Descriptors& descriptors, int turns) {
-    const auto hits = index.Query(vocabulary.Words(descriptors), count + 1);
-    for (const PlaceIndex::Hit& hit : hits) {
-      const auto other = static_cast<int>(hit.keyframe.value);
-      if (other != self) all.push_back({hit.similarity, other, turns});
-    }
-  };
-  query(FeaturesOf(view).descriptors, 0);
-  for (size_t i = 0; i < view.turned.size(); ++i) {
-    if (view.turned[i].size() > 0) query(view.turned[i].Load(), static_cast<int>(i) + 1);
-  }
-  std::stable_sort(all.begin(), all.end(), [](const Resemblance& a, const Resemblance& b) {
-    return a.similarity > b.similarity;
-  });
-  std::vector<Resemblance> best;
-  std::set<int> taken;
-  for (const Resemblance& one : all) {
-    if (static_cast<int>(best.size()) == count) break;
-    if (taken.insert(one.view).second) best.push_back(one);
-  }
-  return best;
-}
 
 std::vector<cv::Point2d> PointsOf(const Features& features, const std::vector<Match>& matches,
                                   int Match::*side) {
@@ -74,28 +33,6 @@ int SurveyView::FirstKeypoint(int halvings) const {
   int first = 0;
   for (int i = 0; i < halvings; ++i) first += FeaturesAt(i).size();
   return first;
-}
-
-std::vector<PairCandidate> ChoosePairs(const std::vector<SurveyView>& views,
-                                       const Vocabulary* vocabulary, const SurveyOptions& options) {
-  std::set<PairCandidate> pairs;
-  const int count = static_cast<int>(views.size());
-  for (int a = 0; a < count; ++a) {
-    const int last = std::min(count - 1, a + options.sequence_neighbours);
-    for (int b = a + 1; b <= last; ++b) pairs.insert({a, b, 0});
-  }
-  if (!vocabulary) return {pairs.begin(), pairs.end()};
-  PlaceIndex index;
-  for (int i = 0; i < count; ++i) {
-    index.Add({i}, vocabulary->Words(FeaturesOf(views[static_cast<size_t>(i)]).descriptors));
-  }
-  for (int i = 0; i < count; ++i) {
-    for (const Resemblance& like : ViewsLike(views[static_cast<size_t>(i)], i, index, *vocabulary,
-                                             options.similar_neighbours)) {
-      pairs.insert(Ordered(i, like.view, like.quarter_turns));
-    }
-  }
-  return {pairs.begin(), pairs.end()};
 }
 
 PairMatching::PairMatching(const std::vector<SurveyView>* views, Matcher* quick, Matcher* learned,

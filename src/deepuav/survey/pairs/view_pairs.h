@@ -13,7 +13,6 @@
 #include "deepuav/image/image_store.h"
 #include "deepuav/map/frame.h"
 #include "deepuav/matching/matcher.h"
-#include "deepuav/place/vocabulary.h"
 #include "deepuav/survey/survey_options.h"
 
 namespace deepuav {
@@ -32,6 +31,10 @@ struct SurveyView {
 
   ImageStore* images = nullptr;  ///< Must outlive the view.
   int image_number = -1;         ///< Among these.
+
+  /// Where a receiver says that it was taken, about: east, north and up of a place near all of
+  /// them.
+  std::optional<Eigen::Vector3d> position_m = {};
 
   /// Null: none was kept. Throws Error where it cannot be read back.
   std::shared_ptr<const ImagePyramid> Image() const {
@@ -59,11 +62,6 @@ struct MatchedPair {
   std::vector<Match> matches;
   std::optional<double> coverage = {};  ///< MatchCoverage(), once it was asked for.
 };
-
-/// Pairs by the order of the photographs and by what they look like under every heading, the order
-/// deciding nothing where `vocabulary` is there. By rising a and b.
-std::vector<PairCandidate> ChoosePairs(const std::vector<SurveyView>& views,
-                                       const Vocabulary* vocabulary, const SurveyOptions& options);
 
 /// Matches pairs of photographs whose lens is not known: an epipolar geometry of the pixels as they
 /// are must hold for them.

@@ -147,20 +147,5 @@ TEST_F(VerifiedPairTest, KeyPointsOnALineOrAtOnePlaceEndNoSurvey) {
   }
 }
 
-TEST(ChoosePairs, OfAnOrderAloneAreTheNextFew) {
-  std::vector<SurveyView> views(5);
-  SurveyOptions options;
-  options.sequence_neighbours = 2;
-  const std::vector<PairCandidate> expected = {{0, 1, 0, 0}, {0, 2, 0, 0}, {1, 2, 0, 0},
-                                               {1, 3, 0, 0}, {2, 3, 0, 0}, {2, 4, 0, 0},
-                                               {3, 4, 0, 0}};
-  EXPECT_EQ(ChoosePairs(views, nullptr, options), expected);
-  options.sequence_neighbours = 0;
-  EXPECT_TRUE(ChoosePairs(views, nullptr, options).empty());
-  options.sequence_neighbours = 1000;
-  EXPECT_EQ(ChoosePairs(views, nullptr, options).size(), 10u);
-  EXPECT_TRUE(ChoosePairs({}, nullptr, options).empty());
-}
-
 }  // namespace
 }  // namespace deepuav

@@ -40,7 +40,7 @@ std::vector<const Track::Sight*> Spread(const std::vector<const Track::Sight*>& 
 }  // namespace
 
 double LensDoubt(const SurveyState& state) {
-  const bool is_young = state.lens.is_refined && state.ViewCount() < kYoungLensViews;
+  const bool is_young = state.lens.is_refined && !state.HasViews(kYoungLensViews);
   return is_young ? kYoungLens : 1;
 }
 

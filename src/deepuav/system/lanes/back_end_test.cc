@@ -113,6 +113,37 @@ TEST_P(BackEndOnLaneTest, JoinsMapsWhileTheTrackerGoesOnUnderTheOldName) {
 
 INSTANTIATE_TEST_SUITE_P(Lanes, BackEndOnLaneTest, testing::Bool());
 
+/// Notes the headings that it is asked for.
+class NotingDescriber : public TurnedDescriber {
+ public:
+  Descriptors DescribeTurned(const GreyImage& /*image*/, const Features& features,
+                             int quarter_turns) override {
+    asked.push_back(quarter_turns);
+    return features.descriptors;
+  }
+
+  std::vector<int> asked;
+};
+
+TEST_F(BackEndTest, DescribesKeyframesUnderTheHeadingsThatMayTellOfALoop) {
+  NotingDescriber describer;
+  BackEnd back_end(&made_.atlas, &mapper_, &*places_, &*closer_, &describer, 2, nullptr);
+  const auto take = [&](double x) {
+    KeyframeRequest request = Request(x);
+    const Camera& camera = world_.camera();
+    request.frame.image = std::make_shared<const ImagePyramid>(
+        GreyImage(camera.height, camera.width, uint8_t{128}), 3);
+    describer.asked.clear();
+    back_end.InsertKeyframe(request);
+    back_end.CloseLoops();
+    return describer.asked;
+  };
+  for (const double x : {3.5, 4.5, 5.5})
+    EXPECT_EQ(take(x), (std::vector<int>{1, 2, 3})) << "of the other map no heading is known";
+  ASSERT_EQ(back_end.merged_maps(), 1);
+  for (int k = 0; k < 8; ++k) EXPECT_TRUE(take(6.5 + k).empty()) << "all of one heading: " << k;
+}
+
 /// The merger that it is told of.
 class MergerRecorder : public RunObserver {
  public:

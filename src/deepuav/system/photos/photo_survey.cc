@@ -76,6 +76,22 @@ void LeaveOutWhatIsFixed(const Camera& camera, const ImageFixedOptions& options,
       100 * region.Share(), 100 * result->image_fixed_keypoint_share);
 }
 
+/// About where the photographs were taken, which says which of them may show the same ground.
+void PlaceByFixes(const GnssStream& gnss, const SensorUseOptions& options,
+                  std::vector<SurveyView>* views) {
+  if (gnss.fixes.empty()) return;
+  const GnssFix& first = gnss.fixes.front();
+  const GeoPoint origin{first.latitude_deg, first.longitude_deg, first.altitude_m.value_or(0)};
+  std::vector<Timestamp> times;
+  for (const SurveyView& view : *views) times.push_back(view.frame.time);
+  const auto positions_m = PositionsAt(times, LocalFixes(gnss.fixes, origin, options.gnss),
+                                       options.gnss_clock_offset_s, options.georeference.max_gap_s);
+  for (size_t v = 0; v < views->size(); ++v) (*views)[v].position_m = positions_m[v];
+  Log().debug("{} of {} photographs have a position by the fixes",
+              std::ranges::count_if(positions_m, [](const auto& at) { return at.has_value(); }),
+              views->size());
+}
+
 FrameRecord RecordOf(const Frame& frame, const SurveyOutcome& outcome,
                      const SurveyOutcome::Place& place) {
   FrameRecord record;
@@ -204,6 +220,7 @@ SurveyRun RunSurvey(const Camera& camera, double focal_sigma, const SystemOption
   std::vector<Frame> frames;
   for (const SurveyView& view : views) frames.push_back(view.frame);
   try {
+    PlaceByFixes(sensors.gnss, options.sensors, &views);
     run.outcome = mapper.Run(std::move(views), late);
   } catch (const std::exception& error) {
     run.result.failure = error.what();

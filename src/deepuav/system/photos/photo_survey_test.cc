@@ -103,6 +103,15 @@ TEST_F(PhotoSurveyTest, FixesGiveTheMapItsPlaceOnEarth) {
   EXPECT_LT(Error(run), 0.3);
 }
 
+TEST_F(PhotoSurveyTest, FixesSayWhichPhotographsMayShowTheSameGround) {
+  options_.survey.sequence_neighbours = 0;
+  EXPECT_TRUE(Run({}).outcome.atlas.Remaining().empty()) << "nothing else says it";
+  const SurveyRun run = Run(sensors_);
+  ASSERT_EQ(run.result.failure, "");
+  EXPECT_EQ(run.outcome.atlas.Remaining().size(), 1u);
+  EXPECT_LT(Error(run), 0.3) << "all are located";
+}
+
 TEST_F(PhotoSurveyTest, FixesToCentimetresTellTheFocalLength) {
   Fly(8);  // From one height alone, level ground would be as far below as it is short in focus.
   MeasureFixes(0.005);
