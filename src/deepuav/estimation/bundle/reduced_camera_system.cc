@@ -238,7 +238,7 @@ bool ReducedCameraSystem::SolveCameras(bool has_calibration) {
   solved_.setZero(right_.rows(), 1 + kCalibrationParameters);
   if (right_.rows() == 0) return true;
   if (sparse_) {
-    if (!factor_->Factorise(matrix_.valuePtr())) return false;
+    if (!factor_->Factorise(matrix_.valuePtr(), threads_)) return false;
     if (has_calibration) {
       solved_ = right_;
       factor_->SolveInPlace(&solved_);

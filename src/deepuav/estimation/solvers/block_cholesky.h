@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "deepuav/base/parallel.h"
 #include "deepuav/estimation/solvers/six_rows.h"
 
 namespace deepuav {
@@ -70,7 +71,7 @@ class BlockElimination {
 
 /// The Cholesky factorisation of a sparse positive definite matrix of kSize x kSize blocks. Several
 /// times faster than a factorisation by scalars, as it works on dense columns of blocks. The result
-/// depends only on the input (no threads, fixed order).
+/// depends only on the input (fixed order, whatever the number of threads).
 template <int kSize>
 class BlockCholesky {
  public:
@@ -91,12 +92,12 @@ class BlockCholesky {
             kSize * factor.blocks(column), kSize};
   }
 
-  /// `values` as BlockPattern says; of the diagonal blocks only the lower triangles are read. False
-  /// where the matrix is not positive definite.
-  bool Factorise(const double* values) {
+  /// `values` as BlockPattern says; of the diagonal blocks only the lower triangles are read. Up to
+  /// `threads` work on large columns. False where the matrix is not positive definite.
+  bool Factorise(const double* values, int threads = 1) {
     for (int column = 0; column < elimination_.factor().columns(); ++column) {
       Assemble(values, column);
-      SubtractEarlierColumns(column);
+      SubtractEarlierColumns(column, threads);
       if (!FactoriseColumn(column)) return false;
     }
     return true;
@@ -173,7 +174,34 @@ class BlockCholesky {
     }
   }
 
-  void SubtractEarlierColumns(int column) {
+  /// Each thread takes rows of its own: what is subtracted from a block comes in the same order.
+  void SubtractEarlierColumns(int column, int threads) {
+    constexpr int kPartsOfAThread = 4;
+    constexpr int64_t kWorthThreads = 20'000;  // Products of blocks: some 0.3 ms.
+    const int blocks = elimination_.factor().blocks(column);
+    if (threads <= 1 || ProductsInto(column) < kWorthThreads) {
+      SubtractEarlierColumns(column, 0, blocks);
+      return;
+    }
+    const int parts = std::min(blocks, kPartsOfAThread * threads);
+    ForEachInParallel(parts, threads, [&](int part) {
+      const PartOf slots(blocks, part, parts);
+      SubtractEarlierColumns(column, slots.first, slots.last);
+    });
+  }
+
+  int64_t ProductsInto(int column) const {
+    int64_t products = 0;
+    for (int i = elimination_.place_begin()[column]; i < elimination_.place_begin()[column + 1];
+         ++i) {
+      const BlockElimination::Place& place = elimination_.places()[i];
+      products += elimination_.factor().blocks(place.column) - place.slot;
+    }
+    return products;
+  }
+
+  /// From the blocks `first` to `last` - 1 of the column.
+  void SubtractEarlierColumns(int column, int first, int last) {
     const BlockPattern& factor = elimination_.factor();
     auto panel = FactorColumn(column);
     for (int i = elimination_.place_begin()[column]; i < elimination_.place_begin()[column + 1];
@@ -183,7 +211,11 @@ class BlockCholesky {
       const int blocks = factor.blocks(place.column);
       const Block block = earlier.template middleRows<kSize>(kSize * place.slot);
       const int* rows = &factor.rows[factor.begin[place.column]];
-      for (int slot = place.slot; slot < blocks; ++slot) {
+      // Rows ascend in both columns.
+      const int* begin = std::partition_point(rows + place.slot, rows + blocks,
+                                              [&](int row) { return slot_of_row_[row] < first; });
+      for (int slot = static_cast<int>(begin - rows); slot < blocks; ++slot) {
+        if (slot_of_row_[rows[slot]] >= last) break;
         const int to = kSize * slot_of_row_[rows[slot]];
         if constexpr (kSize == 6) {
           SubtractSixBySix<6>(earlier.data() + kSize * slot, static_cast<int>(earlier.rows()),

@@ -135,5 +135,28 @@ TEST(SelectedInverse, IsTheDiagonalOfTheInverse) {
   }
 }
 
+TEST(BlockCholesky, GivesTheSameBytesOnThreads) {
+  constexpr int kColumns = 340, kSize = 6;  // Enough for columns that threads share.
+  std::vector<std::pair<int, int>> pairs;
+  for (int row = 0; row < kColumns; ++row) {
+    for (int column = 0; column < row; ++column) pairs.emplace_back(row, column);
+  }
+  const BlockPattern pattern = BlockPattern::OfPairs(kColumns, pairs);
+  Random random(4);
+  std::vector<double> values;
+  for (int column = 0; column < kColumns; ++column) {
+    for (int c = 0; c < kSize; ++c) {
+      for (int r = 0; r < kSize * pattern.blocks(column); ++r)
+        values.push_back(r == c ? 100 : random.Gaussian(0.01));
+    }
+  }
+  BlockCholesky<kSize> of_one(pattern), of_three(pattern);
+  ASSERT_TRUE(of_one.Factorise(values.data()));
+  ASSERT_TRUE(of_three.Factorise(values.data(), 3));
+  const BlockCholesky<kSize>&alone = of_one, &shared = of_three;
+  for (int column = 0; column < kColumns; ++column)
+    ASSERT_EQ(shared.FactorColumn(column), alone.FactorColumn(column)) << column;
+}
+
 }  // namespace
 }  // namespace deepuav
