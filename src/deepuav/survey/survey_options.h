@@ -15,7 +15,7 @@ struct SurveyOptions {
   int max_photographs = 2000;   ///< More are tracked as a video.
   int sequence_neighbours = 3;  ///< Photographs before and after that each is matched with.
   int similar_neighbours = 12;  ///< That look most like it, under any heading.
-  int position_neighbours = 12;  ///< Taken nearest to it on all sides, where that is known.
+  int position_neighbours = 6;  ///< Taken nearest to it on all sides, where that is known.
   int overlap_neighbours = 16;   ///< At the end, that the map says overlap most.
   double min_overlap = 0.25;     ///< Of the points of a photograph, seen by the other, for that.
   int min_pair_matches = 20;     ///< That agree with one epipolar geometry.
