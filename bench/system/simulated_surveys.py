@@ -8,7 +8,7 @@
 |---|---|
 | climb | flights/climb.yaml from 10 to 120 m and back, a photograph every 2 s, over countryside |
 | climb_random, climb_exif | the same photographs in random order; with EXIF that says 5 % too much |
-| climb_rtk, large_rtk, sparse_rtk | the photographs with XMP of positions to 1 (up: 2) cm, as by a receiver with corrections |
+| climb_rtk, large_rtk | the photographs with XMP of positions to 1 (up: 2) cm, as by a receiver with corrections |
 | climb_turning | the same climb under a heading that follows the spiral |
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
@@ -72,10 +72,9 @@ FLIGHTS = {
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
             "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"),
-            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned"),
-            "sparse_rtk": ("sparse", "thinned, rtk")}
+            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned")}
 NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps",
-         "sparse", "sparse_rtk", "two_heights", "large", "wide"]
+         "sparse", "two_heights", "large", "wide"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
@@ -139,7 +138,7 @@ def as_photographs(simulated, folder, how, seed):
     generator = random.Random(seed)
     if how == "random":
         generator.shuffle(taken)
-    if "thinned" in how:
+    if how == "thinned":
         taken = [shot for shot in taken if generator.random() >= THINNED]
     origin = None
     for number, (file, position) in enumerate(taken):
@@ -147,7 +146,7 @@ def as_photographs(simulated, folder, how, seed):
             diagonal = math.hypot(LENS["camera.width"], LENS["camera.height"])
             focal_35mm = round(EXIF_EXCESS * LENS["camera.fx"] / diagonal * FULL_FRAME_DIAGONAL_MM)
             (images / f"{number:04}.jpg").write_bytes(with_focal_length(file.read_bytes(), focal_35mm))
-        elif "rtk" in how:
+        elif how == "rtk":
             jpeg, measured = with_fix(file.read_bytes(), position, generator)
             origin = origin or measured
             (images / f"{number:04}.jpg").write_bytes(jpeg)
