@@ -33,6 +33,7 @@ class Usage(CommandTest):
                                  ([*run, "--end", "-2"], "--end"), ([*run, "--end", "x"], "--end"),
                                  ([*run, "--schedule", "later"], "later"), ([*run, "--use", "camera,radar"], "radar"),
                                  ([*run, "--use", "gnss"], "camera"), ([*run, "--use", "camera,barometer"], "gnss"),
+                                 ([*run, "--use", "camera,attitude"], "gnss"),
                                  ([*run, "--log-level", "loud"], "loud"),
                                  (["eval", SCRATCH, __file__, "--end", "0"], "above 0"),
                                  (["eval", SCRATCH, __file__, "--rpe-delta", "0"], "more than 0, at most"),

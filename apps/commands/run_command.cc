@@ -95,8 +95,9 @@ void AddArguments(CLI::App& command, RunArguments& arguments) {
                 "Find the frames in these maps and leave them as they are")
       ->needs("--map");
   command
-      .add_option("--use", arguments.request.use,
-                  "Sensors: auto (all that are there), or some of camera,imu,gnss,barometer")
+      .add_option(
+          "--use", arguments.request.use,
+          "Sensors: auto (all that are there), or some of camera,imu,gnss,barometer,attitude")
       ->capture_default_str();
   command.add_option("--start", arguments.request.range.start, "First frame, from 0")
       ->check(CLI::Range(0, kMaxFrame).description(""))

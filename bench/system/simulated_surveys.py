@@ -107,19 +107,29 @@ def with_focal_length(jpeg, focal_35mm):
     return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
 
 
+def with_xmp(jpeg, fields):
+    """The JPEG with DJI's XMP."""
+    body = b"http://ns.adobe.com/xap/1.0/\0" + " ".join(f'drone-dji:{key}="{value}"' for key, value in fields.items()).encode()
+    return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
+
+
+def metres_per_radian():
+    """Of latitude and of longitude at the origin: over some hundred metres its plane is good to millimetres."""
+    latitude = math.radians(ORIGIN_DEG[0])
+    a, e2 = 6378137, 0.00669437999014  # WGS 84
+    north = a * (1 - e2) / (1 - e2 * math.sin(latitude) ** 2) ** 1.5 + ORIGIN_ALTITUDE_M
+    return north, (a / math.sqrt(1 - e2 * math.sin(latitude) ** 2) + ORIGIN_ALTITUDE_M) * math.cos(latitude)
+
+
 def with_fix(jpeg, position, generator):
     """The JPEG with DJI's XMP of a measured position, and that position, east, north and up of the origin in metres."""
     measured = [value + generator.gauss(0, sigma) for value, sigma in zip(position, RTK_SIGMA_M)]
-    latitude = math.radians(ORIGIN_DEG[0])
-    a, e2 = 6378137, 0.00669437999014  # WGS 84; over some hundred metres its plane is good to millimetres.
-    north = a * (1 - e2) / (1 - e2 * math.sin(latitude) ** 2) ** 1.5 + ORIGIN_ALTITUDE_M
-    east = (a / math.sqrt(1 - e2 * math.sin(latitude) ** 2) + ORIGIN_ALTITUDE_M) * math.cos(latitude)
-    fields = {"GpsLatitude": f"{ORIGIN_DEG[0] + math.degrees(measured[1] / north):+.10f}",
-              "GpsLongitude": f"{ORIGIN_DEG[1] + math.degrees(measured[0] / east):+.10f}",
-              "AbsoluteAltitude": f"{ORIGIN_ALTITUDE_M + measured[2]:+.3f}", "RtkFlag": "50",
-              "RtkStdLon": f"{RTK_SIGMA_M[0]:.5f}", "RtkStdLat": f"{RTK_SIGMA_M[1]:.5f}", "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}
-    body = b"http://ns.adobe.com/xap/1.0/\0" + " ".join(f'drone-dji:{key}="{value}"' for key, value in fields.items()).encode()
-    return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:], measured
+    north, east = metres_per_radian()
+    return with_xmp(jpeg, {
+        "GpsLatitude": f"{ORIGIN_DEG[0] + math.degrees(measured[1] / north):+.10f}",
+        "GpsLongitude": f"{ORIGIN_DEG[1] + math.degrees(measured[0] / east):+.10f}",
+        "AbsoluteAltitude": f"{ORIGIN_ALTITUDE_M + measured[2]:+.3f}", "RtkFlag": "50",
+        "RtkStdLon": f"{RTK_SIGMA_M[0]:.5f}", "RtkStdLat": f"{RTK_SIGMA_M[1]:.5f}", "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}), measured
 
 
 def as_photographs(simulated, folder, how, seed):

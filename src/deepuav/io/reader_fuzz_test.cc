@@ -272,8 +272,10 @@ TEST_F(ReaderFuzzTest, Xmp) {
       "<drone-dji:RtkFlag>50</drone-dji:RtkFlag> drone-dji:GpsLatitude=\"+47.4012345\" "
       "drone-dji:GpsLongitude=\"-8.5498\" drone-dji:AbsoluteAltitude=\"+512.3\" "
       "drone-dji:RtkStdLon=\"0.011\" drone-dji:RtkStdLat=\"0.012\" drone-dji:RtkStdHgt=\"0.026\" "
-      "Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\""};
-  ASSERT_TRUE(ParseXmpRtkFix(seeds[0]));
+      "Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\" "
+      "drone-dji:GimbalYawDegree=\"+91.2\" drone-dji:GimbalPitchDegree=\"-89.9\" "
+      "drone-dji:GimbalRollDegree=\"0.1\""};
+  ASSERT_TRUE(ParseXmpRtkFix(seeds[0]) && ParseXmpAttitude(seeds[0]));
   int64_t without_fix = 0;
   Mutator mutator(&seeds);
   const FuzzCounts counts = FuzzInputs(20000, [&](int64_t) {
@@ -286,6 +288,10 @@ TEST_F(ReaderFuzzTest, Xmp) {
       ASSERT_TRUE(fix->sigma_m.allFinite() && fix->sigma_m.minCoeff() >= 0);
     }
     ASSERT_TRUE(ParseXmpAccuracy_m(input).allFinite());
+    const auto attitude = ParseXmpAttitude(input);
+    if (attitude) {
+      ASSERT_NEAR(attitude->norm(), 1, 1e-9);
+    }
   });
   EXPECT_EQ(counts.refused, 0);
   EXPECT_GT(without_fix, counts.inputs / 20);

@@ -57,7 +57,7 @@ class RobustFit {
  public:
   RobustFit(const Trajectory& path, const std::vector<LocalFix>& fixes,
             const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock, const GnssNoise& noise,
-            const GeoreferenceOptions& options, const MetricPrior* known)
+            const GeoreferenceOptions& options, const PlacePriors& known)
       : path_(path),
         fixes_(fixes),
         antenna_cam_m_(antenna_cam_m),
@@ -124,7 +124,10 @@ class RobustFit {
   }
 
   Eigen::Vector3d DownInWorld(const PathPositions& positions) const {
-    return known_ ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : DownByCameras(positions);
+    const Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
+    if (known_.metric) return down;
+    if (known_.orientation) return known_.orientation->local_from_world.conjugate() * down;
+    return DownByCameras(positions);
   }
 
   /// What the spread says of the standard deviations.
@@ -230,7 +233,7 @@ class RobustFit {
   const ClockPrior clock_;
   const GnssNoise noise_;
   const GeoreferenceOptions options_;
-  const MetricPrior* known_;
+  const PlacePriors& known_;
   Georeference found_;
 };
 
@@ -268,7 +271,7 @@ bool AreByCarrier(const std::vector<LocalFix>& fixes, const GnssNoise& noise) {
 GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                      const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
                                      const GnssNoise& noise, const GeoreferenceOptions& options,
-                                     const MetricPrior* known) {
+                                     const PlacePriors& known) {
   noise.Check();
   options.Check();
   RobustFit upright(path, fixes, antenna_cam_m, clock, noise, options, known);

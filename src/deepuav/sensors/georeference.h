@@ -7,6 +7,7 @@
 
 #include "deepuav/base/option_bounds.h"
 #include "deepuav/geometry/sim3.h"
+#include "deepuav/sensors/orientation_prior.h"
 #include "deepuav/sensors/positions_on_path.h"
 
 namespace deepuav {
@@ -84,6 +85,12 @@ struct MetricPrior {
   double tilt_sigma_rad = 0;
 };
 
+/// What is known of a path beside its fixes.
+struct PlacePriors {
+  std::optional<MetricPrior> metric = {};
+  std::optional<OrientationPrior> orientation = {};
+};
+
 struct GeoreferenceAttempt {
   std::optional<Georeference> found;
   std::string reason;  ///< Why nothing was found, for a person.
@@ -97,10 +104,10 @@ bool AreByCarrier(const std::vector<LocalFix>& fixes, const GnssNoise& noise);
 /// distance, then iteratively reweighted least squares over all that are no outliers. The errors of
 /// fixes count as correlated over `noise.correlation_s`. Refused, with the reason, where fixes are
 /// too few or their covariance leaves scale or orientation open: straight or short flights, or a
-/// hover. `known`, if given, counts beside the fixes. The same input gives the same result.
+/// hover. What is `known` counts beside the fixes. The same input gives the same result.
 GeoreferenceAttempt FindGeoreference(const Trajectory& path, const std::vector<LocalFix>& fixes,
                                      const Eigen::Vector3d& antenna_cam_m, const ClockPrior& clock,
                                      const GnssNoise& noise, const GeoreferenceOptions& options,
-                                     const MetricPrior* known = nullptr);
+                                     const PlacePriors& known = {});
 
 }  // namespace deepuav

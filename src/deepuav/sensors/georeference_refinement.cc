@@ -11,6 +11,8 @@ constexpr double kDegree = M_PI / 180;
 constexpr int kMaxSteps = 20;
 constexpr double kConverged = 1e-10;
 
+using Vector1d = Eigen::Matrix<double, 1, 1>;
+
 }  // namespace
 
 /// The information that weighted positions and the priors give, and the gradient.
@@ -30,7 +32,7 @@ GeoreferenceRefinement::GeoreferenceRefinement(const PathPositions& positions,
                                                const Eigen::Vector3d& antenna_cam_m,
                                                const ClockPrior& clock, double placed_offset_s,
                                                const GeoreferenceOptions& options,
-                                               const MetricPrior* known)
+                                               const PlacePriors& known)
     : positions_(positions),
       antenna_cam_m_(antenna_cam_m),
       clock_(clock),
@@ -88,26 +90,44 @@ GeoreferenceRefinement::Normal GeoreferenceRefinement::Linearise(
 
 void GeoreferenceRefinement::AddPriors(const PathEstimate& estimate, const Eigen::Vector3d& side,
                                        Normal* normal) const {
-  Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
-  level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
-  normal->Add<1>(level, Eigen::Matrix<double, 1, 1>(side.z() / level_sigma_));
+  if (known_.orientation) {
+    AddOrientation(*known_.orientation, estimate.local_from_world, normal);
+  } else {
+    Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
+    level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
+    normal->Add<1>(level, Vector1d(side.z() / level_sigma_));
+  }
   Eigen::Matrix<double, 1, 8> offset = Eigen::Matrix<double, 1, 8>::Zero();
   const double per_sigma = clock_.sigma_s > 0 ? 1 / clock_.sigma_s : 1e6;
   offset[kClockOffset] = per_sigma;
   const double away_s = placed_offset_s_ + estimate.clock_shift_s - clock_.offset_s;
-  normal->Add<1>(offset, Eigen::Matrix<double, 1, 1>(per_sigma * away_s));
-  if (known_) AddKnown(estimate.local_from_world, normal);
+  normal->Add<1>(offset, Vector1d(per_sigma * away_s));
+  if (known_.metric) AddMetric(*known_.metric, estimate.local_from_world, normal);
 }
 
-void GeoreferenceRefinement::AddKnown(const Sim3& local_from_world, Normal* normal) const {
+void GeoreferenceRefinement::AddMetric(const MetricPrior& known, const Sim3& local_from_world,
+                                       Normal* normal) {
   Eigen::Matrix<double, 1, 8> scale = Eigen::Matrix<double, 1, 8>::Zero();
-  scale[kLogScale] = 1 / known_->scale_sigma;
-  normal->Add<1>(
-      scale, Eigen::Matrix<double, 1, 1>(std::log(local_from_world.scale()) / known_->scale_sigma));
-  const Eigen::Vector3d up = local_from_world.rotation() * Eigen::Vector3d::UnitZ();
+  scale[kLogScale] = 1 / known.scale_sigma;
+  normal->Add<1>(scale, Vector1d(std::log(local_from_world.scale()) / known.scale_sigma));
+  AddUp(local_from_world.rotation() * Eigen::Vector3d::UnitZ(), known.tilt_sigma_rad, normal);
+}
+
+void GeoreferenceRefinement::AddOrientation(const OrientationPrior& known,
+                                            const Sim3& local_from_world, Normal* normal) {
+  const Eigen::Quaterniond turn = local_from_world.rotation() * known.local_from_world.conjugate();
+  AddUp(turn * Eigen::Vector3d::UnitZ(), known.tilt_sigma_rad, normal);
+  const Eigen::Vector3d east = turn * Eigen::Vector3d::UnitX();
+  Eigen::Matrix<double, 1, 8> heading = Eigen::Matrix<double, 1, 8>::Zero();
+  heading[kTurn + 2] = 1 / known.heading_sigma_rad;
+  normal->Add<1>(heading, Vector1d(std::atan2(east.y(), east.x()) / known.heading_sigma_rad));
+}
+
+/// That what was up is up.
+void GeoreferenceRefinement::AddUp(const Eigen::Vector3d& up, double sigma_rad, Normal* normal) {
   Eigen::Matrix<double, 2, 8> tilt = Eigen::Matrix<double, 2, 8>::Zero();
-  tilt.middleCols<3>(kTurn) = -Skew(up).topRows<2>() / known_->tilt_sigma_rad;
-  normal->Add<2>(tilt, up.head<2>() / known_->tilt_sigma_rad);
+  tilt.middleCols<3>(kTurn) = -Skew(up).topRows<2>() / sigma_rad;
+  normal->Add<2>(tilt, up.head<2>() / sigma_rad);
 }
 
 }  // namespace deepuav

@@ -219,7 +219,7 @@ class KnownGeoreferenceTest : public GeoreferenceTest {
   }
   GeoreferenceAttempt FindKnown(const Sim3& map_from_local, const MetricPrior& known) const {
     return FindGeoreference(MoveTrajectory(map_from_local, flight_), fixes_, kAntenna, clock_,
-                            noise_, options_, &known);
+                            noise_, options_, {.metric = known});
   }
 
   const Sim3 heading_{1, RotationExp({0, 0, 2}), {5, 6, 7}};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 
 #include "deepuav/base/time.h"
@@ -20,6 +21,12 @@ struct GnssFix {
   double latitude_deg = 0, longitude_deg = 0;
   std::optional<double> altitude_m;  ///< Above the ellipsoid or the sea, as the source has it.
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< East, north, up; 0: not stated.
+};
+
+/// How the camera was turned when it took an image, by the sensors of what carries it.
+struct AttitudeSample {
+  Timestamp time;                                                    ///< Of the image.
+  Eigen::Quaterniond enu_from_cam = Eigen::Quaterniond::Identity();  ///< East, north, up.
 };
 
 struct BarometerSample {

@@ -38,12 +38,18 @@ struct BarometerStream {
   std::vector<BarometerSample> samples;                    ///< By growing time.
 };
 
+struct AttitudeStream {
+  std::string source;
+  std::vector<AttitudeSample> samples;  ///< By growing time.
+};
+
 /// What a dataset's other sensors measured, on the time stamps of its images. A sensor that is not
 /// there has no samples.
 struct SensorStreams {
   ImuStream imu;
   GnssStream gnss;
   BarometerStream barometer;
+  AttitudeStream attitude;
 };
 
 }  // namespace deepuav

@@ -11,7 +11,9 @@ namespace deepuav {
 namespace {
 
 constexpr const char* kAuto = "auto";
-constexpr const char *kCamera = "camera", *kImu = "imu", *kGnss = "gnss", *kBarometer = "barometer";
+constexpr const char *kCamera = "camera", *kImu = "imu", *kGnss = "gnss", *kBarometer = "barometer",
+                     *kAttitude = "attitude";
+constexpr std::array kSensors = {kCamera, kImu, kGnss, kBarometer, kAttitude};
 
 std::set<std::string> NamesIn(const std::string& list) {
   std::set<std::string> names;
@@ -39,9 +41,9 @@ void CheckSensorList(const std::string& list) {
   if (list == kAuto) return;
   const std::set<std::string> names = NamesIn(list);
   for (const std::string& name : names) {
-    if (name != kCamera && name != kImu && name != kGnss && name != kBarometer)
+    if (std::ranges::find(kSensors, name) == kSensors.end())
       throw WrongUse(
-          "--use: '{}' is no sensor: expected auto, or camera, imu, gnss and barometer "
+          "--use: '{}' is no sensor: expected auto, or camera, imu, gnss, barometer and attitude "
           "with commas between",
           name);
   }
@@ -49,6 +51,8 @@ void CheckSensorList(const std::string& list) {
   if (names.contains(kBarometer) && !names.contains(kGnss))
     throw WrongUse(
         "--use: expected gnss with barometer: heights alone do not give a map its place");
+  if (names.contains(kAttitude) && !names.contains(kGnss))
+    throw WrongUse("--use: expected gnss with attitude: angles alone do not give a map its place");
 }
 
 SensorUse ChooseSensors(const std::string& list, SensorStreams streams) {
@@ -73,6 +77,8 @@ SensorUse ChooseSensors(const std::string& list, SensorStreams streams) {
   take(kImu, &streams.imu, &use.streams.imu, streams.imu.samples.size(), "");
   take(kGnss, &streams.gnss, &use.streams.gnss, streams.gnss.fixes.size(), "");
   take(kBarometer, &streams.barometer, &use.streams.barometer, streams.barometer.samples.size(),
+       has_fixes ? "" : "without position fixes");
+  take(kAttitude, &streams.attitude, &use.streams.attitude, streams.attitude.samples.size(),
        has_fixes ? "" : "without position fixes");
   for (const SensorFacts& facts : use.facts) {
     Log().info("{}: {} samples of {}: {}", facts.name, facts.samples, facts.source,

@@ -25,9 +25,9 @@ struct SensorUse {
 /// among them.
 void CheckSensorList(const std::string& list);
 
-/// Reads the sensors that `list` names ("camera", "camera,imu", "camera,gnss,barometer"), or under
-/// "auto" all that are there, where what cannot be read is left out with a warning. Throws Error
-/// for a sensor that is named and not there.
+/// Reads the sensors that `list` names ("camera", "camera,imu", "camera,gnss,barometer,attitude"),
+/// or under "auto" all that are there, where what cannot be read is left out with a warning. Throws
+/// Error for a sensor that is named and not there.
 SensorUse ReadSensorsUsed(const std::string& list, const Dataset& dataset);
 
 /// The same of streams that were read.

@@ -125,7 +125,7 @@ void PushedRun::Work(Slam* slam) {
 SensorStreams PushedRun::TakeSensors() {
   images_.Close();
   const std::scoped_lock lock(mutex_);
-  SensorStreams streams{images_.TakeImu(), std::move(gnss_), std::move(barometer_)};
+  SensorStreams streams{images_.TakeImu(), std::move(gnss_), std::move(barometer_), {}};
   SensorUse use = ChooseSensors("auto", std::move(streams));
   run_.facts.sensors = std::move(use.facts);
   return std::move(use.streams);

@@ -113,6 +113,7 @@ void AddGeoreference(const GeoreferenceReport& report, Json* table) {
   (*table)["clock_offset_s"] = found.clock_offset_s;
   (*table)["barometer_steps"] = report.height_steps;
   (*table)["held_by_imu"] = report.held_by_imu;
+  (*table)["held_by_attitude"] = report.held_by_attitude;
 }
 
 /// The entry of a map, or null.

@@ -100,12 +100,12 @@ Vector1d HeightStepError(const HeightStepFactor& factor, const SE3& first_from_w
 }
 
 Vector1d LevelError(const LevelFactor& factor, const SE3& cam_from_world, Matrix16d* jacobian) {
-  const Eigen::Vector3d up_cam = cam_from_world.RotationMatrix().col(2);
+  const Eigen::Vector3d normal_cam = cam_from_world.RotationMatrix() * factor.normal_world;
   if (jacobian) {
     jacobian->leftCols<3>().setZero();
-    jacobian->rightCols<3>() = factor.per_sigma * up_cam.cross(factor.axis_cam).transpose();
+    jacobian->rightCols<3>() = factor.per_sigma * normal_cam.cross(factor.axis_cam).transpose();
   }
-  return Vector1d(factor.per_sigma * up_cam.dot(factor.axis_cam));
+  return Vector1d(factor.per_sigma * normal_cam.dot(factor.axis_cam));
 }
 
 Vector1d DistanceError(const DistanceFactor& factor, const SE3& first_from_world,
@@ -135,8 +135,10 @@ void CheckCameraFactors(const CameraFactors& factors, int cameras) {
     CheckPair("distance", factor, factor.distance_world, cameras);
   for (const LevelFactor& factor : factors.levels) {
     CheckCamera(factor.camera, cameras);
-    if (!factor.axis_cam.allFinite() || !std::isfinite(factor.per_sigma))
+    if (!factor.axis_cam.allFinite() || !factor.normal_world.allFinite() ||
+        !std::isfinite(factor.per_sigma)) {
       throw Error("bundle problem: a level of camera {} is not finite", factor.camera);
+    }
   }
 }
 

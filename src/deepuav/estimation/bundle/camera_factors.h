@@ -28,11 +28,12 @@ struct HeightStepFactor {
   double per_sigma = 0;
 };
 
-/// An axis of the camera lies in the world's plane of x and y.
+/// An axis of the camera lies in a plane of the world, that of x and y or another.
 struct LevelFactor {
   int camera = 0;
   double per_sigma = 0;  ///< 1 / radian
   Eigen::Vector3d axis_cam = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();
 };
 
 /// Two cameras are so far apart.

@@ -69,16 +69,19 @@ TEST(CameraFactors, JacobiansEqualCentralDifferences) {
                 .norm(),
             1e-7);
 
-  const LevelFactor level{0, 4, Eigen::Vector3d(0.6, 0, -0.8)};
-  Matrix16d of_level;
-  LevelError(level, kFirst, &of_level);
-  EXPECT_LT((of_level - NumericJacobian(
-                            [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-                              return LevelError(level, Moved(kFirst, d));
-                            },
-                            6))
-                .norm(),
-            1e-7);
+  for (const Eigen::Vector3d& normal_world :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0.36, -0.8, 0.48)}) {
+    const LevelFactor level{0, 4, Eigen::Vector3d(0.6, 0, -0.8), normal_world};
+    Matrix16d of_level;
+    LevelError(level, kFirst, &of_level);
+    EXPECT_LT((of_level - NumericJacobian(
+                              [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+                                return LevelError(level, Moved(kFirst, d));
+                              },
+                              6))
+                  .norm(),
+              1e-7);
+  }
 }
 
 TEST(CameraFactors, SayNothingOfWhatIsTrue) {
@@ -87,6 +90,8 @@ TEST(CameraFactors, SayNothingOfWhatIsTrue) {
   EXPECT_LT(PositionError(position, kFirst).norm(), 1e-12);
   const SE3 level(RotationExp({-M_PI / 2, 0, 0}), Eigen::Vector3d(1, 2, 3));  // world_from_cam
   EXPECT_NEAR(LevelError({0, 4}, level.Inverse())[0], 0, 1e-12);
+  const LevelFactor along_y{.per_sigma = 4, .normal_world = Eigen::Vector3d::UnitX()};
+  EXPECT_NEAR(LevelError(along_y, level.Inverse())[0], 4, 1e-12);  // Its x axis is the world's.
   HeightStepFactor step{.second_camera = 1, .per_sigma = 2};
   step.step_world = kSecond.InverseTranslation().z() - kFirst.InverseTranslation().z();
   EXPECT_NEAR(HeightStepError(step, kFirst, kSecond)[0], 0, 1e-12);

@@ -251,6 +251,7 @@ PhotoExif ParseExif(std::span<const uint8_t> bytes) {
   exif.camera_model = block.Text(EXIF_IFD_0, EXIF_TAG_MODEL);
   exif.focal_length_mm = Positive(block.Ratio(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH));
   exif.focal_length_35mm = Positive(block.Whole(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
+  exif.is_turned = block.Whole(EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1) != 1;
   exif.sensor_width_mm = ReadSensorWidthMm(block);
   return exif;
 }

@@ -20,7 +20,8 @@ struct PhotoExif {
   std::string camera_model;
   std::optional<double> focal_length_mm;
   std::optional<double> focal_length_35mm;  ///< Of a view as wide on film of 36 x 24 mm.
-  std::optional<double> sensor_width_mm;    ///< By FocalPlaneXResolution and PixelXDimension.
+  bool is_turned = false;  ///< The picture is to be shown turned or mirrored (Orientation).
+  std::optional<double> sensor_width_mm;  ///< By FocalPlaneXResolution and PixelXDimension.
 };
 
 /// Whether a fix can be one: no angle beyond its range, and nothing within a minute of where the

@@ -74,4 +74,20 @@ Eigen::Vector3d ParseXmpAccuracy_m(std::string_view head) {
   return {horizontal_m, horizontal_m, XmpSigma(head, "Camera:GPSZAccuracy")};
 }
 
+std::optional<Eigen::Quaterniond> ParseXmpAttitude(std::string_view head) {
+  const auto yaw = XmpNumber(head, "drone-dji:GimbalYawDegree");
+  const auto pitch = XmpNumber(head, "drone-dji:GimbalPitchDegree");
+  const auto roll = XmpNumber(head, "drone-dji:GimbalRollDegree");
+  if (!yaw || !pitch || !roll || (*yaw == 0 && *pitch == 0 && *roll == 0)) return std::nullopt;
+  constexpr double kDegree = M_PI / 180;
+  using Turn = Eigen::AngleAxisd;
+  const Eigen::Quaterniond ned_from_gimbal = Turn(*yaw * kDegree, Eigen::Vector3d::UnitZ()) *
+                                             Turn(*pitch * kDegree, Eigen::Vector3d::UnitY()) *
+                                             Turn(*roll * kDegree, Eigen::Vector3d::UnitX());
+  Eigen::Matrix3d enu_from_ned, gimbal_from_cam;  // The gimbal's x is ahead, y right, z down.
+  enu_from_ned << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  gimbal_from_cam << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return Eigen::Quaterniond(enu_from_ned * ned_from_gimbal.toRotationMatrix() * gimbal_from_cam);
+}
+
 }  // namespace deepuav

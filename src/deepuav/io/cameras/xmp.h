@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <string_view>
 
@@ -27,5 +28,10 @@ std::optional<GnssFix> ParseXmpRtkFix(std::string_view head);
 /// How exact the position in EXIF is, east, north and up: Camera:GPSXYAccuracy and GPSZAccuracy of
 /// Pix4D's name space. 0: not stated.
 Eigen::Vector3d ParseXmpAccuracy_m(std::string_view head);
+
+/// enu_from_cam (east, north, up; the camera's x right, y down, z ahead) by DJI's GimbalYawDegree
+/// from north over east, GimbalPitchDegree up and GimbalRollDegree clockwise. Nothing where one is
+/// missing or all are 0, as cameras without a gimbal write them.
+std::optional<Eigen::Quaterniond> ParseXmpAttitude(std::string_view head);
 
 }  // namespace deepuav

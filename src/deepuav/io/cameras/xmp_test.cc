@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 namespace deepuav {
@@ -71,6 +72,41 @@ TEST(Xmp, TheAccuracyOfThePositionInExif) {
   EXPECT_EQ(ParseXmpAccuracy_m("Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\""),
             Eigen::Vector3d(0.03, 0.03, 0.05));
   EXPECT_EQ(ParseXmpAccuracy_m("Camera:GPSXYAccuracy=\"-3\""), Eigen::Vector3d::Zero());
+}
+
+std::string Gimbal(const std::string& yaw, const std::string& pitch, const std::string& roll) {
+  return "drone-dji:GimbalRollDegree=\"" + roll + "\" drone-dji:GimbalYawDegree=\"" + yaw +
+         "\" drone-dji:GimbalPitchDegree=\"" + pitch + "\" drone-dji:FlightYawDegree=\"+77.0\"";
+}
+
+/// Where a camera so turned has east, north and up of an axis of its own.
+void ExpectAxis(const std::string& text, const Eigen::Vector3d& axis_cam,
+                const Eigen::Vector3d& expected_enu) {
+  const auto enu_from_cam = ParseXmpAttitude(text);
+  ASSERT_TRUE(enu_from_cam) << text;
+  EXPECT_LT((*enu_from_cam * axis_cam - expected_enu).norm(), 1e-12)
+      << text << ": " << (*enu_from_cam * axis_cam).transpose();
+}
+
+TEST(Xmp, AGimbalsAnglesSayHowTheCameraIsTurned) {
+  const Eigen::Vector3d right = Eigen::Vector3d::UnitX(), down = Eigen::Vector3d::UnitY(),
+                        ahead = Eigen::Vector3d::UnitZ();
+  const double half = std::sqrt(0.5);
+  ExpectAxis(Gimbal("+90.00", "+0.00", "+0.00"), ahead, {1, 0, 0});
+  ExpectAxis(Gimbal("+90.00", "+0.00", "+0.00"), right, {0, -1, 0});
+  ExpectAxis(Gimbal("+90.00", "+0.00", "+0.00"), down, {0, 0, -1});
+  ExpectAxis(Gimbal("-90.00", "-90.00", "+0.00"), ahead, {0, 0, -1});
+  ExpectAxis(Gimbal("-90.00", "-90.00", "+0.00"), down, {1, 0, 0});  // Its top looks west.
+  ExpectAxis(Gimbal("+180.00", "-45.00", "+0.00"), ahead, {0, -half, -half});
+  ExpectAxis(Gimbal("+0.01", "+0.00", "+90.00"), right,
+             {0, 0, -1});  // Rolled clockwise, as one who looks ahead sees it.
+}
+
+TEST(Xmp, NoAnglesWhereOneIsMissingOrAllAreZero) {
+  EXPECT_FALSE(ParseXmpAttitude(Gimbal("+0.00", "-0.00", "0")));
+  EXPECT_FALSE(ParseXmpAttitude(Gimbal("nan", "-90.0", "0")));
+  EXPECT_FALSE(ParseXmpAttitude(Rtk("50") + kStated));
+  EXPECT_FALSE(ParseXmpAttitude("drone-dji:GimbalYawDegree=\"90\""));
 }
 
 }  // namespace

@@ -108,6 +108,17 @@ std::vector<GnssFix> FixesOf(const std::vector<Photograph>& photographs) {
   return fixes;
 }
 
+/// In the order of the frames, with their times.
+AttitudeStream AttitudesOf(const std::vector<Photograph>& photographs, const fs::path& images) {
+  AttitudeStream attitudes;
+  for (const Photograph& photograph : photographs) {
+    if (photograph.enu_from_cam)
+      attitudes.samples.push_back({*photograph.exif.time, *photograph.enu_from_cam});
+  }
+  if (!attitudes.samples.empty()) attitudes.source = "XMP of " + images.string();
+  return attitudes;
+}
+
 /// By the first photograph that tells; a guess where none does.
 FoundCamera FindCamera(const std::vector<Photograph>& photographs, const cv::Size& size) {
   std::optional<FoundCamera> found;
@@ -163,15 +174,20 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
     sequence.calibration_file = found.source.text + " of " + images.string();
   }
   const std::vector<GnssFix> fixes = FixesOf(photographs);
-  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}{}", first.size.width,
+  const AttitudeStream attitudes = AttitudesOf(photographs, images);
+  Log().info("{} x {} px{}; focal length {:.0f} px ({}); GNSS in {} of {}{}{}", first.size.width,
              first.size.height,
              photographs.front().exif.camera_model.empty()
                  ? ""
                  : " by " + photographs.front().exif.camera_model,
              sequence.camera.pinhole.fx, sequence.calibration.text, fixes.size(),
-             sequence.frames.size(), geotags.empty() ? "" : ", by " + geotags.string());
-  sequence.read_sensors = [folder, images, fixes, geotags] {
+             sequence.frames.size(), geotags.empty() ? "" : ", by " + geotags.string(),
+             attitudes.samples.empty()
+                 ? ""
+                 : fmt::format("; gimbal angles in {}", attitudes.samples.size()));
+  sequence.read_sensors = [folder, images, fixes, geotags, attitudes] {
     SensorStreams streams;
+    streams.attitude = attitudes;
     if (!geotags.empty()) {
       streams.gnss = {.source = geotags.string(), .fixes = fixes};
       return streams;

@@ -125,14 +125,17 @@ TEST_F(PhotoDatasetTest, WithoutFocalLengthAGuessIsSaidToBeOne) {
   EXPECT_LT(dataset->camera().pinhole.fx, 128);
 }
 
+std::string WithXmp(const std::string& xmp, const TestExif& exif = Drone()) {
+  std::string photograph = Photograph(64, 48, 1, exif);
+  const std::string segment = std::string("\xff\xe1\x00", 3) + char(xmp.size() + 2) + xmp;
+  return photograph.insert(2, segment);
+}
+
 TEST_F(PhotoDatasetTest, TheMakersCalibrationComesBeforeExif) {
   const std::string xmp =
       "http://ns.adobe.com/xap/1.0/ drone-dji:CalibratedFocalLength=\"70.5\" "
       "drone-dji:CalibratedOpticalCenterX=\"33.0\" <drone-dji:CalibratedOpticalCenterY>25.0<";
-  std::string photograph = Photograph(64, 48, 1, Drone());
-  const std::string segment = std::string("\xff\xe1\x00", 3) + char(xmp.size() + 2) + xmp;
-  photograph.insert(2, segment);
-  folder_.Write("a.jpg", photograph);
+  folder_.Write("a.jpg", WithXmp(xmp));
   const auto dataset = Open();
   EXPECT_EQ(dataset->Calibration().text, "XMP calibrated");
   EXPECT_EQ(dataset->camera().pinhole.fx, 70.5);
@@ -195,6 +198,28 @@ TEST_F(PhotoDatasetTest, AHeaderThatClaimsToBeHugeLeavesOutItsFileOnly) {
   png[19] = png[23] = 0x30;
   folder_.Write("c.png", png);
   EXPECT_EQ(Names(), (Strings{"a.jpg", "b.jpg"}));
+}
+
+TEST_F(PhotoDatasetTest, GimbalAnglesAreOfTheFramesThatHaveThem) {
+  const auto angles = [](const std::string& yaw, const TestExif& exif = Drone()) {
+    return WithXmp(
+        "http://ns.adobe.com/xap/1.0/ drone-dji:GimbalYawDegree=\"" + yaw +
+            "\" drone-dji:GimbalPitchDegree=\"-90.0\" drone-dji:GimbalRollDegree=\"0.0\"",
+        exif);
+  };
+  folder_.Write("a.jpg", angles("+90.0"));
+  WritePhotograph("b.jpg", "");
+  folder_.Write("c.jpg", angles("+180.0"));
+  TestExif portrait = Drone();
+  portrait.orientation = 6;
+  folder_.Write("d.jpg", angles("+180.0", portrait));
+  const auto dataset = Open();
+  const AttitudeStream attitude = dataset->ReadSensors().attitude;
+  ASSERT_EQ(attitude.samples.size(), 2u);
+  EXPECT_NE(attitude.source.find("XMP"), std::string::npos);
+  EXPECT_EQ(attitude.samples[1].time, dataset->Time(2));
+  const Eigen::Vector3d top = attitude.samples[1].enu_from_cam * -Eigen::Vector3d::UnitY();
+  EXPECT_LT((top - Eigen::Vector3d(0, -1, 0)).norm(), 1e-12) << top.transpose();  // South.
 }
 
 TEST_F(PhotoDatasetTest, ADamagedPhotographFailsOnlyItself) {

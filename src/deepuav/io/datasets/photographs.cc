@@ -44,6 +44,8 @@ void ReadHeader(Photograph* photograph) {
     photograph->exif = ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
     photograph->xmp = ParseXmpLens(head);
     photograph->fix = FixOf(photograph->exif, head);
+    // Whether angles are of the picture as stored or as shown is not said.
+    if (!photograph->exif.is_turned) photograph->enu_from_cam = ParseXmpAttitude(head);
     photograph->size = StoredSize(photograph->file);
   } catch (const Error& error) {  // Load() will say so again, when the frame's turn comes.
     Log().warn("{}", error.what());
@@ -98,7 +100,7 @@ std::vector<Photograph> ListPhotographs(const fs::path& images) {
        fs::recursive_directory_iterator(images, fs::directory_options::skip_permission_denied)) {
     const fs::path& file = entry.path();
     if (IsImageFileName(file) && !IsHidden(file, images) && !entry.is_directory())
-      photographs.push_back({file, {}, {}, {}, {}});
+      photographs.push_back({file, {}, {}, {}, {}, {}});
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return ::strverscmp(a.file.c_str(), b.file.c_str()) < 0;

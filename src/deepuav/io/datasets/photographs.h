@@ -16,7 +16,8 @@ struct Photograph {
   std::filesystem::path file;
   PhotoExif exif;
   std::optional<XmpLens> xmp;
-  std::optional<GnssFix> fix;    ///< By the best of what the file says.
+  std::optional<GnssFix> fix;  ///< By the best of what the file says.
+  std::optional<Eigen::Quaterniond> enu_from_cam;
   std::optional<cv::Size> size;  ///< Nothing where it cannot be read.
 };
 

@@ -113,6 +113,7 @@ std::string ExifBlockBytes(const TestExif& exif) {
   constexpr size_t kHeaderBytes = 8;
   std::vector<TiffField> fields;
   if (!exif.model.empty()) fields.push_back(Text(0x0110, exif.model));
+  if (exif.orientation > 0) fields.push_back(Short(0x0112, exif.orientation));
   fields.push_back(Long(0x8769, 0));
   fields.push_back(Long(0x8825, 0));
   const size_t camera_at = kHeaderBytes + Directory(fields, kHeaderBytes).size();

@@ -89,6 +89,7 @@ std::string EncodedImage(int width, int height, int seed, const std::string& end
 /// What to put into a photograph's EXIF; what is empty or 0 is left out.
 struct TestExif {
   std::string model, time, subsecond;
+  int orientation = 0;
   double focal_length_mm = 0;
   int focal_length_35mm = 0;
   double focal_plane_x_px_per_inch = 0;

@@ -8,6 +8,7 @@
 #include "deepuav/base/option_check.h"
 #include "deepuav/system/frames/frame_path.h"
 #include "deepuav/system/sensors/fix_trial.h"
+#include "deepuav/system/sensors/known_place.h"
 
 namespace deepuav {
 namespace {
@@ -17,10 +18,9 @@ constexpr int kRounds = 2;  // Who is an outlier shows better once the fixes too
 /// Fixes to centimetres show it better with each round, while their spread still falls by so much.
 constexpr int kCarrierRounds = 8;
 constexpr double kSpreadStillFalls = 0.8;
-/// Pairs of keyframes whose distances together hold the scale of a map.
-constexpr int kDistances = 20;
-/// Over their common standard deviation: fixes and IMU contradict each other.
+/// Over their common standard deviation: fixes and what is known beside contradict each other.
 constexpr double kContradictionSigmas = 4;
+
 /// Whether the map was still so far off that what the fixes state shows only now.
 bool SpreadFell(const Georeference& before, const Georeference& now) {
   return now.by_carrier && (now.horizontal_ratio < kSpreadStillFalls * before.horizontal_ratio ||
@@ -29,23 +29,7 @@ bool SpreadFell(const Georeference& before, const Georeference& now) {
 
 /// Knows which way is about up, and nothing more.
 constexpr MetricPrior kRoughlyUp{1e3, 1e3};
-
-/// How far the fixes alone would move what the prior knows, over the standard deviation of that.
-double Contradiction(const Georeference& by_fixes, const MetricPrior& known) {
-  const auto sigmas = [](double difference, double sigma, double known_sigma) {
-    return std::abs(difference) / std::hypot(sigma, known_sigma);
-  };
-  const double scale = std::log(by_fixes.local_from_world.scale());
-  double most = sigmas(scale, by_fixes.scale_sigma(), known.scale_sigma);
-  const Eigen::Vector3d up = by_fixes.local_from_world.rotation() * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector2d turn =  // By which the fixes tilt the map.
-      std::atan2(up.head<2>().norm(), up.z()) * Eigen::Vector2d(-up.y(), up.x()).stableNormalized();
-  for (int axis = 0; axis < 2; ++axis) {
-    const double sigma = std::sqrt(by_fixes.covariance(kTurn + axis, kTurn + axis));
-    most = std::max(most, sigmas(turn[axis], sigma, known.tilt_sigma_rad));
-  }
-  return most;
-}
+constexpr double kOpen_rad = 3;
 
 }  // namespace
 
@@ -74,33 +58,39 @@ GeoreferenceReport Georeferencing::Apply(MapId map, const std::vector<FrameRecor
   ClockPrior clock{options_.gnss_clock_offset_s,
                    options_.search_gnss_clock ? streams_.gnss.clock_sigma_s : 0};
   const Trajectory path = PathIn(*atlas_, map, records);
-  const MetricPrior* known = KnownOf(map, path, clock);
-  GeoreferenceAttempt attempt = Find(path, clock, known);
+  const Beside known = KnownOf(map, path, clock);
+  GeoreferenceAttempt attempt = Find(path, clock, PriorsOn(path, known));
   report.reason = attempt.reason;
   if (!attempt.found) return report;
   report.found = attempt.found;
-  report.held_by_imu = known != nullptr;
-  std::optional<MapFactors> by_imu;
-  if (known) by_imu = MetricFactors(map, *known);
+  report.held_by_imu = known.metric != nullptr;
+  report.held_by_attitude = known.attitudes;
+  const MapFactors held = FactorsOf(map, PriorsOn(path, known));
   mapper_->ChangeGauge(map, attempt.found->local_from_world,
                        {GaugeKind::kGeoreferenced, origin_, attempt.found->scale_sigma()});
   clock = {attempt.found->clock_offset_s, 0};
+  const auto find_again = [&] {
+    const Trajectory now = PathIn(*atlas_, map, records);
+    const PlacePriors priors = PriorsOn(now, known);
+    report.held_by_attitude = priors.orientation.has_value();
+    return Find(now, clock, priors);
+  };
   for (int round = 0; round < kCarrierRounds && !(stop && stop()); ++round) {
     // Outliers and spread about the path as it is now; its place follows from the factors.
     const Georeference before = *attempt.found;
-    attempt = Find(PathIn(*atlas_, map, records), clock, known);
+    attempt = find_again();
     if (!attempt.found) break;
     if (round >= kRounds && !SpreadFell(before, *attempt.found)) break;
-    report.factors = FactorsOf(map, *attempt.found, by_imu);
+    report.factors = FactorsOf(map, *attempt.found, held);
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &report.factors);
     report.height_steps = static_cast<int>(report.factors.height_steps.size());
   }
-  attempt = Find(PathIn(*atlas_, map, records), clock, known);
+  attempt = find_again();
   if (attempt.found && attempt.found->by_carrier &&
       TrustFixes(atlas_->At(map), *pinhole, &*attempt.found)) {
-    report.factors = FactorsOf(map, *attempt.found, by_imu);
+    report.factors = FactorsOf(map, *attempt.found, held);
     mapper_->AdjustGlobally(map, pinhole, refine_focal, stop, &report.factors);
-    attempt = Find(PathIn(*atlas_, map, records), clock, known);
+    attempt = find_again();
   }
   if (attempt.found) {
     report.fixes = static_cast<int>(attempt.found->positions.size());
@@ -143,17 +133,34 @@ std::vector<Georeferencing::TimedKeyframe> Georeferencing::KeyframesOf(MapId map
   return keyframes;
 }
 
+PlacePriors Georeferencing::PriorsOn(const Trajectory& path, const Beside& known) const {
+  PlacePriors priors;
+  if (known.metric) priors.metric = *known.metric;
+  if (known.attitudes) {
+    priors.orientation =
+        OrientationByAttitudes(path, streams_.attitude.samples, options_.attitude).found;
+  }
+  return priors;
+}
+
 GeoreferenceAttempt Georeferencing::Find(const Trajectory& path, const ClockPrior& clock,
-                                         const MetricPrior* known) const {
+                                         const PlacePriors& known) const {
   return FindGeoreference(path, fixes_, streams_.gnss.antenna_cam_m, clock, options_.gnss,
                           options_.georeference, known);
 }
 
-const MetricPrior* Georeferencing::KnownOf(MapId map, const Trajectory& path,
-                                           const ClockPrior& clock) const {
+Georeferencing::Beside Georeferencing::KnownOf(MapId map, const Trajectory& path,
+                                               const ClockPrior& clock) const {
+  Beside known{MetricOf(map, path, clock)};
+  known.attitudes = AttitudesHold(map, path, clock, known);
+  return known;
+}
+
+const MetricPrior* Georeferencing::MetricOf(MapId map, const Trajectory& path,
+                                            const ClockPrior& clock) const {
   const auto prior = priors_.find(map);
   if (prior == priors_.end() || atlas_->GaugeOf(map).kind != GaugeKind::kMetric) return nullptr;
-  const GeoreferenceAttempt by_fixes = Find(path, clock, &kRoughlyUp);
+  const GeoreferenceAttempt by_fixes = Find(path, clock, {.metric = kRoughlyUp});
   if (!by_fixes.found || Contradiction(*by_fixes.found, prior->second) <= kContradictionSigmas)
     return &prior->second;
   Log().warn(
@@ -162,39 +169,46 @@ const MetricPrior* Georeferencing::KnownOf(MapId map, const Trajectory& path,
   return nullptr;
 }
 
-MapFactors Georeferencing::FactorsOf(MapId map, const Georeference& found,
-                                     const std::optional<MapFactors>& by_imu) const {
-  const std::vector<TimedKeyframe> keyframes = KeyframesOf(map);
-  MapFactors factors = by_imu.value_or(MapFactors{});
-  AddPositions(atlas_->At(map), keyframes, found, &factors);
-  AddHeightSteps(keyframes, &factors);
-  if (!by_imu) AddLevels(keyframes, &factors);
-  return factors;
+bool Georeferencing::AttitudesHold(MapId map, const Trajectory& path, const ClockPrior& clock,
+                                   const Beside& known) const {
+  if (streams_.attitude.samples.empty()) return false;
+  const OrientationAttempt attempt =
+      OrientationByAttitudes(path, streams_.attitude.samples, options_.attitude);
+  if (!attempt.found) {
+    Log().warn("the gimbal's angles do not count on map {}: {}", map.value, attempt.reason);
+    return false;
+  }
+  PlacePriors rough = PriorsOn(path, known);
+  rough.orientation = OrientationPrior{attempt.found->local_from_world, kOpen_rad, kOpen_rad};
+  GeoreferenceOptions open = options_.georeference;
+  open.max_turn_sigma_deg = 180;  // What the fixes do tell may contradict, though they leave much.
+  const GeoreferenceAttempt by_fixes = FindGeoreference(path, fixes_, streams_.gnss.antenna_cam_m,
+                                                        clock, options_.gnss, open, rough);
+  if (!by_fixes.found || Contradiction(*by_fixes.found, *attempt.found) <= kContradictionSigmas)
+    return true;
+  Log().warn(
+      "the fixes contradict the gimbal's angles on map {}, by {:.0f} degrees; the fixes are "
+      "believed",
+      map.value,
+      by_fixes.found->local_from_world.rotation().angularDistance(attempt.found->local_from_world) /
+          kDegree);
+  return false;
 }
 
-/// So weak each that all together say what the prior says.
-MapFactors Georeferencing::MetricFactors(MapId id, const MetricPrior& known) const {
-  const Map& map = atlas_->At(id);
-  const std::vector<TimedKeyframe> keyframes = KeyframesOf(id);
-  MapFactors factors;
-  const double level_per_sigma =
-      1 / (known.tilt_sigma_rad * std::sqrt(static_cast<double>(keyframes.size())));
-  for (const TimedKeyframe& keyframe : keyframes) {
-    const Eigen::Matrix3d cam_from_world = map.At(keyframe.id).cam_from_world.RotationMatrix();
-    for (int axis = 0; axis < 2; ++axis)
-      factors.levels.push_back({keyframe.id, {0, level_per_sigma, cam_from_world.col(axis)}});
-  }
-  const size_t pairs = std::min<size_t>(kDistances, keyframes.size() - 1);
-  const double share_sigma = known.scale_sigma * std::sqrt(static_cast<double>(pairs));
-  for (size_t k = 0; k < pairs; ++k) {
-    const KeyframeId first = keyframes[k * (keyframes.size() - 1) / pairs].id;
-    const KeyframeId second = keyframes[(k + 1) * (keyframes.size() - 1) / pairs].id;
-    const double distance = (map.At(second).cam_from_world.InverseTranslation() -
-                             map.At(first).cam_from_world.InverseTranslation())
-                                .norm();
-    if (distance > 0)
-      factors.distances.push_back({first, second, {0, 0, distance, 1 / (share_sigma * distance)}});
-  }
+/// What is known beside the fixes, of the map as it lies before they move it.
+MapFactors Georeferencing::FactorsOf(MapId map, const PlacePriors& known) const {
+  std::vector<KeyframeId> keyframes;
+  for (const TimedKeyframe& keyframe : KeyframesOf(map)) keyframes.push_back(keyframe.id);
+  return deepuav::FactorsOf(known, atlas_->At(map), keyframes,
+                            options_.georeference.level_sigma_deg * kDegree);
+}
+
+MapFactors Georeferencing::FactorsOf(MapId map, const Georeference& found,
+                                     const MapFactors& held) const {
+  const std::vector<TimedKeyframe> keyframes = KeyframesOf(map);
+  MapFactors factors = held;
+  AddPositions(atlas_->At(map), keyframes, found, &factors);
+  AddHeightSteps(keyframes, &factors);
   return factors;
 }
 
@@ -279,15 +293,6 @@ void Georeferencing::AddHeightSteps(const std::vector<TimedKeyframe>& keyframes,
     }
     last = {keyframe, *height};
   }
-}
-
-/// So weak each that all together say what the options say of their mean.
-void Georeferencing::AddLevels(const std::vector<TimedKeyframe>& keyframes,
-                               MapFactors* factors) const {
-  const double sigma = options_.georeference.level_sigma_deg * kDegree;
-  const double per_sigma = 1 / (sigma * std::sqrt(static_cast<double>(keyframes.size())));
-  for (const TimedKeyframe& keyframe : keyframes)
-    factors->levels.push_back({keyframe.id, {.per_sigma = per_sigma}});
 }
 
 }  // namespace deepuav

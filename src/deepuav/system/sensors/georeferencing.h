@@ -45,6 +45,7 @@ struct SensorUseOptions {
   double min_agreeing_with_fix = 0.7;
   GnssNoise gnss;
   BarometerNoise barometer;
+  AttitudeNoise attitude;
   GeoreferenceOptions georeference;
   InertialOptions imu;
 
@@ -62,6 +63,7 @@ struct SensorUseOptions {
           Above(0, 1));
     visit.Part("gnss", gnss);
     visit.Part("barometer", barometer);
+    visit.Part("attitude", attitude);
     visit.Part("georeference", georeference);
     visit.Part("imu", imu);
   }
@@ -72,10 +74,11 @@ struct GeoreferenceReport {
   std::optional<Georeference> found;  ///< Before the map was adjusted with the fixes.
   std::string reason;                 ///< Why not, for a person.
   GeoPoint origin;
-  int fixes = 0;             ///< That lie on the path.
-  int used = 0;              ///< Of these, no outliers.
-  int height_steps = 0;      ///< Of the barometer.
-  bool held_by_imu = false;  ///< In scale and level, by what an IMU had said of the map.
+  int fixes = 0;                  ///< That lie on the path.
+  int used = 0;                   ///< Of these, no outliers.
+  int height_steps = 0;           ///< Of the barometer.
+  bool held_by_imu = false;       ///< In scale and level, by what an IMU had said of the map.
+  bool held_by_attitude = false;  ///< In its orientation, by the gimbal's angles.
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< Of the fixes used, at the end.
   MapFactors factors;                               ///< That the map was adjusted with.
 };
@@ -85,8 +88,8 @@ using MetricPriors = std::map<MapId, MetricPrior>;
 
 /// Gives maps their place on Earth at the end of a run: finds the similarity under which the path
 /// lies nearest to the fixes, changes the map's gauge, and adjusts the map once more with the fixes
-/// and the barometer's height steps. Scale and level that an IMU gave before hold as they are
-/// known, unless the fixes contradict them.
+/// and the barometer's height steps. Scale and level that an IMU gave before and the orientation
+/// that the gimbal's angles tell hold as they are known, unless the fixes contradict them.
 class Georeferencing {
  public:
   /// All must outlive it.
@@ -115,19 +118,26 @@ class Georeferencing {
   };
 
   std::vector<TimedKeyframe> KeyframesOf(MapId map) const;
+  /// What counts beside the fixes.
+  struct Beside {
+    const MetricPrior* metric = nullptr;
+    bool attitudes = false;
+  };
+
+  PlacePriors PriorsOn(const Trajectory& path, const Beside& known) const;
   GeoreferenceAttempt Find(const Trajectory& path, const ClockPrior& clock,
-                           const MetricPrior* known) const;
+                           const PlacePriors& known) const;
   /// Of the map, unless its fixes contradict it.
-  const MetricPrior* KnownOf(MapId map, const Trajectory& path, const ClockPrior& clock) const;
-  MapFactors FactorsOf(MapId map, const Georeference& found,
-                       const std::optional<MapFactors>& by_imu) const;
+  Beside KnownOf(MapId map, const Trajectory& path, const ClockPrior& clock) const;
+  const MetricPrior* MetricOf(MapId map, const Trajectory& path, const ClockPrior& clock) const;
+  bool AttitudesHold(MapId map, const Trajectory& path, const ClockPrior& clock,
+                     const Beside& known) const;
+  MapFactors FactorsOf(MapId map, const PlacePriors& known) const;
+  MapFactors FactorsOf(MapId map, const Georeference& found, const MapFactors& held) const;
   bool TrustFixes(const Map& map, const Pinhole& pinhole, Georeference* found) const;
   void AddPositions(const Map& map, const std::vector<TimedKeyframe>& keyframes,
                     const Georeference& found, MapFactors* factors) const;
   void AddHeightSteps(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
-  void AddLevels(const std::vector<TimedKeyframe>& keyframes, MapFactors* factors) const;
-  /// That the map keeps its scale and level.
-  MapFactors MetricFactors(MapId map, const MetricPrior& known) const;
   /// The barometer's height at a moment, and the variance of its white error.
   struct Height {
     double height_m, variance_m2;

@@ -156,6 +156,61 @@ TEST_F(GeoreferencingOfMetresTest, FixesAreBelievedWhereTheyContradict) {
   }
 }
 
+/// Photographs whose gimbal says how they were turned.
+class GeoreferencingByAttitudesTest : public GeoreferencingTest {
+ protected:
+  /// But for a turn that is the same in all.
+  void AddAttitudes(const Eigen::Vector3d& off_rad) {
+    for (size_t i = 0; i < flight_.size(); ++i) {
+      const Eigen::Quaterniond enu_from_cam =
+          RotationExp(off_rad) * flight_[i].rotation().conjugate();
+      streams_.attitude.samples.push_back({records_[i].time, enu_from_cam});
+    }
+  }
+};
+
+TEST_F(GeoreferencingByAttitudesTest, AnglesPlaceAMapOfWhichOneLineAloneHasFixes) {
+  streams_.gnss.fixes.resize(kColumns);
+  streams_.barometer.samples.clear();
+  options_.georeference.level_sigma_deg = 180;  // As a camera that looks across the line.
+  const GeoreferenceReport without = Apply();
+  EXPECT_FALSE(without.found);
+  AddAttitudes({0.005, 0.005, 0.1});
+  const GeoreferenceReport report = Apply();
+  ASSERT_TRUE(report.found) << report.reason;
+  EXPECT_TRUE(report.held_by_attitude);
+  EXPECT_LT(Error(report.origin), 0.4);
+}
+
+TEST_F(GeoreferencingByAttitudesTest, FixesAreBelievedWhereTheAnglesContradict) {
+  AddAttitudes({0.3, 0, 0});
+  const GeoreferenceReport report = Apply();
+  ASSERT_TRUE(report.found) << report.reason;
+  EXPECT_FALSE(report.held_by_attitude);
+  EXPECT_LT(Error(report.origin), 0.25);
+}
+
+TEST_F(GeoreferencingByAttitudesTest, FixesOfOneLineContradictAHeading) {
+  streams_.gnss.fixes.resize(kColumns);
+  streams_.barometer.samples.clear();
+  options_.georeference.level_sigma_deg = 180;
+  AddAttitudes({0, 0, 1});
+  const GeoreferenceReport report = Apply();
+  EXPECT_FALSE(report.found);
+  EXPECT_FALSE(report.held_by_attitude);
+}
+
+TEST_F(GeoreferencingByAttitudesTest, AnglesThatAreNoneAreLeftOut) {
+  for (size_t i = 0; i < flight_.size(); ++i) {
+    const Eigen::Quaterniond spin = RotationExp({0, 0, static_cast<double>(i)});
+    streams_.attitude.samples.push_back({records_[i].time, spin});
+  }
+  const GeoreferenceReport report = Apply();
+  ASSERT_TRUE(report.found) << report.reason;
+  EXPECT_FALSE(report.held_by_attitude);
+  EXPECT_LT(Error(report.origin), 0.25);
+}
+
 TEST_F(GeoreferencingTest, FixesOfAnotherTimeLeaveTheMapAsItIs) {
   for (GnssFix& fix : streams_.gnss.fixes) fix.time.nanoseconds += int64_t{1000} * 1000000000;
   const SE3 before = map().At(visit_.keyframes[7]).cam_from_world;
