@@ -32,7 +32,8 @@ OPTIONS = {"camera.width": 1600, "camera.height": 1200, "camera.fx": 1300, "came
            "camera.cy": 600, "camera.distortion": "0 0 0 0", "camera.rate_hz": 1, "mount.pitch_deg": -35,
            "course.kind": "waypoints", "course.waypoints": "-60 -60 30; 60 -60 30", "course.yaw_offset_deg": 90,
            "course.speed_m_s": 8, "flight.duration_s": 16, "imu.rate_hz": 20, "sensor.samples": 1}
-CAMERA = "model: radial_tangential\nwidth: 1600\nheight: 1200\nfx: 1300\nfy: 1300\ncx: 800\ncy: 600\ndistortion: [0, 0, 0, 0]\n"
+CAMERA = "model: radial_tangential\ndistortion: [0, 0, 0, 0]\n" + "".join(
+    f"{name}: {OPTIONS[f'camera.{name}']}\n" for name in ("width", "height", "fx", "fy", "cx", "cy"))
 CASES = {"fixes": "camera,gnss", "angles": "auto", "turned": "auto", "disagree": "auto"}
 FIX_MEAN_SIGMA_M, FIX_SIGMA_M, UP_OVER_HORIZONTAL = 1, 0.3, 2
 TILT_SIGMA_DEG, HEADING_SIGMA_DEG, ANGLE_SIGMA_DEG = 0.7, 5, 0.2
@@ -54,12 +55,13 @@ def gimbal_angles_deg(q):
 
 
 def photographed(flight, folder, case, seed):
-    """Folder of the photographs with XMP, and the truth: (position, orientation) of each."""
+    """Writes the photographs with XMP into the folder; the true position and orientation of each."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     generator = random.Random(seed)
     mean = [generator.gauss(0, FIX_MEAN_SIGMA_M) for _ in range(3)]
     off = [generator.gauss(0, sigma) for sigma in (HEADING_SIGMA_DEG, TILT_SIGMA_DEG, TILT_SIGMA_DEG)]
+    per_north, per_east = metres_per_radian()
     truth = []
     for line in (flight / "groundtruth_cam0.csv").read_text().splitlines()[1:]:
         time, *values = line.split(",")
@@ -70,7 +72,6 @@ def photographed(flight, folder, case, seed):
         position, orientation = pose[:3], pose[3:]
         east, north, up = (p + m + generator.gauss(0, FIX_SIGMA_M) for p, m in zip(position, mean))
         up = position[2] + UP_OVER_HORIZONTAL * (up - position[2])
-        per_north, per_east = metres_per_radian()
         yaw, pitch, roll = (a + o + generator.gauss(0, ANGLE_SIGMA_DEG) for a, o in zip(gimbal_angles_deg(orientation), off))
         yaw += {"turned": TURNED_DEG, "disagree": TO_AND_FRO_DEG * (-1) ** len(truth)}.get(case, 0)
         fields = {"GpsLatitude": f"{ORIGIN_DEG[0] + math.degrees(north / per_north):+.10f}",
