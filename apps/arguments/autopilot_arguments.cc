@@ -45,12 +45,34 @@ ImuStream SensorOf(const AutopilotArguments& arguments, const SE3& body_from_cam
   return sensor;
 }
 
+GnssStream ReceiverOf(const AutopilotArguments& arguments, const SE3& body_from_cam) {
+  GnssStream receiver;
+  receiver.source = "the autopilot at " + arguments.address;
+  receiver.antenna_cam_m = body_from_cam.Inverse() * ParseMountOffset(arguments.antenna);
+  receiver.clock_sigma_s = arguments.options.gnss.clock_sigma_s;
+  return receiver;
+}
+
+std::unique_ptr<PlaceWatch> WatchPlace(std::optional<GnssStream> gnss,
+                                       const SensorUseOptions& options,
+                                       AutopilotObserver* observer) {
+  if (!gnss) return nullptr;
+  return std::make_unique<PlaceWatch>(
+      std::move(*gnss), options, [observer](MapId map, int64_t revision, const PlacedWorld& world) {
+        observer->UseMetric(map, revision,
+                            MetricFromMap{world.local_from_world, world.scale_sigma, world.origin});
+      });
+}
+
+/// `place` may be null.
 std::unique_ptr<MetricWatch> WatchMetric(std::optional<ImuStream> imu,
                                          const InertialOptions& options,
-                                         AutopilotObserver* observer) {
+                                         AutopilotObserver* observer, PlaceWatch* place) {
   if (!imu) return nullptr;
   return std::make_unique<MetricWatch>(
-      std::move(*imu), options, [observer](MapId map, int64_t revision, const MetricWorld& world) {
+      std::move(*imu), options,
+      [observer, place](MapId map, int64_t revision, const MetricWorld& world) {
+        if (place) place->UseMetric(map, revision, world);
         observer->UseMetric(map, revision,
                             MetricFromMap{world.metric_from_world, world.scale_sigma, {}});
       });
@@ -75,6 +97,17 @@ void AddAutopilotArguments(CLI::App& command, AutopilotArguments& arguments) {
       .add_flag("--mavlink-imu", arguments.options.imu.wanted,
                 "Ask the autopilot for its inertial samples, which give the map metres")
       ->needs(mavlink);
+  CLI::Option* gnss = command
+                          .add_flag("--mavlink-gnss", arguments.options.gnss.wanted,
+                                    "Ask the autopilot for its position fixes, which give the map "
+                                    "its place on Earth")
+                          ->needs(mavlink);
+  command
+      .add_option("--mavlink-antenna", arguments.antenna,
+                  "Where the antenna is, from the autopilot: metres forward,right,down")
+      ->check(Parsed(ParseMountOffset))
+      ->capture_default_str()
+      ->needs(gnss);
   command.add_option("--mavlink-system", arguments.options.system_id, "Number of the vehicle")
       ->check(CLI::Range(1, 255).description(""))
       ->capture_default_str()
@@ -98,39 +131,59 @@ void AddAutopilotArguments(CLI::App& command, AutopilotArguments& arguments) {
 }
 
 AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3& body_from_cam,
-                                 std::optional<ImuStream> imu, const InertialOptions& inertial,
+                                 SensorsOnTheWay sensors, const SensorUseOptions& options,
                                  LiveRun* live)
     : live_(live),
       observer_(EstimatorFor(body_from_cam)),
-      watch_(WatchMetric(std::move(imu), inertial, &observer_)),
+      place_watch_(WatchPlace(std::move(sensors.gnss), options, &observer_)),
+      metric_watch_(
+          WatchMetric(std::move(sensors.imu), options.imu, &observer_, place_watch_.get())),
       link_(
           ParseLinkAddress(arguments.address), arguments.options,
-          [this](int64_t now_ns) { return observer_.At(now_ns); },
-          [this](const ImuSample& sample) { Take(sample); }) {}
+          [this](int64_t now_ns) { return observer_.At(now_ns); }, Ears()) {}
+
+AutopilotListener AutopilotTeller::Ears() {
+  return {.inertial = [this](const ImuSample& sample) { Take(sample); },
+          .fix = [this](const GnssFix& fix) { Take(fix); },
+          .origin = [this](const GeoPoint& origin) { place_watch_->UseOrigin(origin); }};
+}
 
 void AutopilotTeller::Take(const ImuSample& sample) {
   observer_.AddInertial(sample);
   const std::optional<ImuSample> among_images = observer_.AmongImages(sample);
   if (!among_images) return;
   live_->FeedImu(*among_images);
-  watch_->AddSample(*among_images);
+  metric_watch_->AddSample(*among_images);
+}
+
+void AutopilotTeller::Take(const GnssFix& fix) {
+  const std::optional<GnssFix> among_images = observer_.FixAmongImages(fix);
+  if (!among_images) return;
+  live_->FeedFix(*among_images);
+  place_watch_->AddFix(*among_images);
 }
 
 std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& arguments,
                                                 const LiveRequest& request,
-                                                const InertialOptions& inertial, LiveRun* live) {
+                                                const SensorUseOptions& options, LiveRun* live) {
   if (arguments.address.empty()) return nullptr;
   if (request.pace.speed != 1)
     throw WrongUse("--mavlink: speeds are those of a vehicle only at --speed 1");
   const SE3 body_from_cam = MountOf(arguments, *live);
-  std::optional<ImuStream> imu;
+  SensorsOnTheWay sensors;
   if (arguments.options.imu.wanted) {
-    imu = SensorOf(arguments, body_from_cam);
-    live->ExpectImu(*imu);
+    sensors.imu = SensorOf(arguments, body_from_cam);
+    live->ExpectImu(*sensors.imu);
   } else {
-    imu = live->Imu();
+    sensors.imu = live->Imu();
   }
-  return std::make_unique<AutopilotTeller>(arguments, body_from_cam, std::move(imu), inertial,
+  if (arguments.options.gnss.wanted) {
+    sensors.gnss = ReceiverOf(arguments, body_from_cam);
+    live->ExpectGnss(*sensors.gnss);
+  } else {
+    sensors.gnss = live->Gnss();
+  }
+  return std::make_unique<AutopilotTeller>(arguments, body_from_cam, std::move(sensors), options,
                                            live);
 }
 

@@ -90,7 +90,7 @@ void Run(const LiveArguments& arguments) {
   if (arguments.localise_only) options.assignments.push_back("system.localise_only=true");
   auto settings = ReadRunSettings(options);
 #if DEEPUAV_WITH_MAVLINK
-  const InertialOptions inertial = settings->options.system.sensors.imu;
+  const SensorUseOptions sensors = settings->options.system.sensors;
 #endif
   MakeOutputFolder(arguments.out);
   const FolderLock lock(arguments.out);
@@ -104,7 +104,7 @@ void Run(const LiveArguments& arguments) {
   ObserverList observers;
   hooks.observer = &observers;
 #if DEEPUAV_WITH_MAVLINK
-  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, inertial, &live);
+  const auto autopilot = StartAutopilot(arguments.autopilot, arguments.request, sensors, &live);
   if (autopilot) {
     AutopilotObserver* const observer = autopilot->observer();
     observers.Add(observer);
@@ -112,6 +112,7 @@ void Run(const LiveArguments& arguments) {
       observer->Arrived(time, since_arrival);
     };
     if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
+    if (autopilot->place_watch()) observers.Add(autopilot->place_watch());
   }
 #endif
 #if DEEPUAV_WITH_REPORT

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -65,8 +64,7 @@ std::optional<ImuSample> AutopilotImu::Take(const InertialMessage& message, cons
 void AutopilotImu::Restart() {
   sensor_.reset();
   highres_ns_.reset();
-  asked_ns_.reset();
-  pause_s_ = options_.first_pause_s;
+  question_.Restart();
   asks_ = 0;
 }
 
@@ -81,16 +79,7 @@ void AutopilotImu::MeasureRate(int64_t now_ns) {
 
 AutopilotImu::Ask AutopilotImu::DueAsk(int64_t now_ns) {
   MeasureRate(now_ns);
-  if (asked_ns_ && rate_hz_ >= options_.enough_of_rate * options_.rate_hz) {
-    pause_s_ = options_.first_pause_s;
-    return {};
-  }
-  if (asked_ns_ && Seconds(now_ns - *asked_ns_) < pause_s_) return {};
-  // An autopilot whose link does not bear the rate is left in peace, though not for ever: the
-  // question may have been lost.
-  if (asked_ns_) pause_s_ = std::min(2 * pause_s_, options_.longest_pause_s);
-  asked_ns_ = now_ns;
-  if (!first_asked_ns_) first_asked_ns_ = now_ns;
+  if (!question_.IsDue(now_ns, rate_hz_ >= options_.enough_of_rate * options_.rate_hz)) return {};
   const bool scaled = ++asks_ > options_.asks_for_highres_alone && !highres_ns_;
   return {true, scaled};
 }
@@ -102,22 +91,23 @@ std::string AutopilotImu::WhyNone() const {
   return "none came, though it was asked for HIGHRES_IMU and SCALED_IMU";
 }
 
-std::optional<AutopilotImu::News> AutopilotImu::DueNews(int64_t now_ns) {
+std::optional<AutopilotNews> AutopilotImu::DueNews(int64_t now_ns) {
   if (!taken_ns_) {
-    if (!first_asked_ns_ || now_ns - *first_asked_ns_ < Nanoseconds(options_.none_came_s))
-      return std::nullopt;
+    const auto& asked_ns = question_.first_asked_ns();
+    if (!asked_ns || now_ns - *asked_ns < Nanoseconds(options_.none_came_s)) return std::nullopt;
     if (std::exchange(said_there_are_none_, true)) return std::nullopt;
-    return News{"SLAM: no inertial samples", WhyNone(), true};
+    return AutopilotNews{"SLAM: no inertial samples", WhyNone(), true};
   }
   const bool comes = now_ns - *taken_ns_ < Nanoseconds(options_.stopped_s);
   if (comes == says_they_come_ || (comes && rate_hz_ == 0)) return std::nullopt;
   says_they_come_ = comes;
   if (comes) {
-    return News{fmt::format("SLAM: inertial samples of the autopilot at {:.0f} Hz", rate_hz_),
-                IsFine(now_ns) ? "HIGHRES_IMU" : "SCALED_IMU", false};
+    return AutopilotNews{
+        fmt::format("SLAM: inertial samples of the autopilot at {:.0f} Hz", rate_hz_),
+        IsFine(now_ns) ? "HIGHRES_IMU" : "SCALED_IMU", false};
   }
   const LeftAside& left = left_aside_;
-  return News{
+  return AutopilotNews{
       "SLAM: inertial samples of the autopilot stopped",
       fmt::format("left aside until now: {} implausible, {} of other sensors, {} before the "
                   "clock was known, {} out of time",

@@ -3,9 +3,11 @@
 #include <optional>
 #include <string>
 
+#include "deepuav/autopilot/autopilot_news.h"
 #include "deepuav/autopilot/clock_sync.h"
 #include "deepuav/autopilot/gentle_offset.h"
 #include "deepuav/autopilot/mavlink_messages.h"
+#include "deepuav/autopilot/patient_question.h"
 #include "deepuav/base/option_check.h"
 #include "deepuav/sensors/samples.h"
 
@@ -74,14 +76,9 @@ class AutopilotImu {
   struct Ask {
     bool highres = false, scaled = false;
   };
-  struct News {
-    std::string text;  ///< For STATUSTEXT.
-    std::string why;   ///< More, for the log.
-    bool is_warning = false;
-  };
 
   explicit AutopilotImu(const AutopilotImuOptions& options)
-      : options_(options), pause_s_(options.first_pause_s) {}
+      : options_(options), question_(options.first_pause_s, options.longest_pause_s) {}
 
   /// The sample, its time on the machine's clock and later than that of the one before.
   std::optional<ImuSample> Take(const InertialMessage& message, const ClockSync& clock,
@@ -91,7 +88,7 @@ class AutopilotImu {
   /// Which messages it is to be asked for now, while it is there.
   Ask DueAsk(int64_t now_ns);
   /// What changed, once.
-  std::optional<News> DueNews(int64_t now_ns);
+  std::optional<AutopilotNews> DueNews(int64_t now_ns);
 
   const LeftAside& left_aside() const { return left_aside_; }
 
@@ -112,8 +109,7 @@ class AutopilotImu {
   std::optional<int64_t> counted_since_ns_;  ///< A message of the sensor came then...
   int counted_ = 0;                          ///< ...and so many after it.
   double rate_hz_ = 0;                       ///< Of these, when it was measured last.
-  std::optional<int64_t> asked_ns_, first_asked_ns_;
-  double pause_s_;  ///< Until it is asked again.
+  PatientQuestion question_;
   int asks_ = 0;
   bool says_they_come_ = false, said_there_are_none_ = false;
 };

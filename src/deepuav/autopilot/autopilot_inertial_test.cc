@@ -64,8 +64,11 @@ class AutopilotInertialTest : public testing::Test {
 
   int64_t now_ = kStart;
   std::vector<ImuSample> samples_;
-  std::optional<AutopilotSession> session_{std::in_place, Wanted(), kStart,
-                                           [this](const ImuSample& s) { samples_.push_back(s); }};
+  AutopilotListener Kept() {
+    return {.inertial = [this](const ImuSample& sample) { samples_.push_back(sample); }};
+  }
+
+  std::optional<AutopilotSession> session_{std::in_place, Wanted(), kStart, Kept()};
 };
 
 TEST_F(AutopilotInertialTest, HighresIsReadInItsUnits) {
@@ -141,8 +144,7 @@ TEST_F(AutopilotInertialTest, ThatTheyComeIsSaid) {
 }
 
 TEST_F(AutopilotInertialTest, WhoDoesNotWantThemNeitherAsksNorHears) {
-  session_.emplace(AutopilotOptions{}, kStart,
-                   [this](const ImuSample& s) { samples_.push_back(s); });
+  session_.emplace(AutopilotOptions{}, kStart, Kept());
   Meet();
   Hear(HighresFrom({}, AutopilotUs()));
   EXPECT_TRUE(samples_.empty());

@@ -42,9 +42,8 @@ SteadyClock::duration Interval(double rate_hz) {
 
 class AutopilotLink::Loop {
  public:
-  Loop(const LinkAddress& address, const AutopilotOptions& options, Ask ask,
-       AutopilotSession::Inertial inertial)
-      : session_(options, SteadyNow(), std::move(inertial)),
+  Loop(const LinkAddress& address, const AutopilotOptions& options, Ask ask, AutopilotListener told)
+      : session_(options, SteadyNow(), std::move(told)),
         interval_(Interval(options.rate_hz)),
         ask_(std::move(ask)) {
     Connect(address);
@@ -130,8 +129,8 @@ class AutopilotLink::Loop {
 };
 
 AutopilotLink::AutopilotLink(const LinkAddress& address, const AutopilotOptions& options, Ask ask,
-                             AutopilotSession::Inertial inertial)
-    : loop_(std::make_unique<Loop>(address, options, std::move(ask), std::move(inertial))) {}
+                             AutopilotListener told)
+    : loop_(std::make_unique<Loop>(address, options, std::move(ask), std::move(told))) {}
 
 AutopilotLink::~AutopilotLink() = default;
 

@@ -15,10 +15,10 @@ class AutopilotLink {
   /// Asked once a message, in the link's thread, for the time `now_ns`.
   using Ask = std::function<OdometryEstimator::Answer(int64_t now_ns)>;
 
-  /// `inertial` is told in the link's thread, and throws nothing. Throws Error where the host is
+  /// `told` is told in the link's thread, and throws nothing. Throws Error where the host is
   /// not known or there is no way to it.
   AutopilotLink(const LinkAddress& address, const AutopilotOptions& options, Ask ask,
-                AutopilotSession::Inertial inertial = nullptr);
+                AutopilotListener told = {});
   ~AutopilotLink();
   AutopilotLink(const AutopilotLink&) = delete;
   AutopilotLink& operator=(const AutopilotLink&) = delete;

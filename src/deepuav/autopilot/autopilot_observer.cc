@@ -44,6 +44,8 @@ void AutopilotObserver::UseMetric(MapId map, int64_t revision,
 }
 
 void AutopilotObserver::Keep(MetricSince since) {
+  const std::optional<MetricFromMap> before = MetricIn(since.map, kNewest);
+  if (before && before->origin && since.metric && !since.metric->origin) return;
   metrics_.push_back(std::move(since));
   if (metrics_.size() > kMostMetrics) metrics_.pop_front();
 }
@@ -85,6 +87,17 @@ std::optional<ImuSample> AutopilotObserver::AmongImages(ImuSample sample) {
   if (last_inertial_ && sample.time <= *last_inertial_) return std::nullopt;
   last_inertial_ = sample.time;
   return sample;
+}
+
+/// A receiver's fixes are late by more than the clocks' jerks.
+std::optional<GnssFix> AutopilotObserver::FixAmongImages(GnssFix fix) {
+  const std::scoped_lock lock(mutex_);
+  const std::optional<int64_t> offset_ns = inertial_clock_.offset_ns();
+  if (!offset_ns) return std::nullopt;
+  fix.time.nanoseconds -= *offset_ns;
+  if (last_fix_ && fix.time <= *last_fix_) return std::nullopt;
+  last_fix_ = fix.time;
+  return fix;
 }
 
 void AutopilotObserver::AddInertial(const ImuSample& sample) {

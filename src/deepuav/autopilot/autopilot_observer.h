@@ -19,7 +19,8 @@ class AutopilotObserver : public RunObserver {
   /// An image came, so long ago; before it is told of as a frame.
   void Arrived(Timestamp time, const Stopwatch& since_arrival);
   /// From this revision of the map on; nothing: it has no scale. Where the map had metres before,
-  /// it keeps its heading and the point that is the origin: who finds them knows scale and level.
+  /// it keeps its heading and the point that is the origin: who finds them knows scale and level. A
+  /// place on Earth is not given up for metres alone.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
   OdometryEstimator::Answer At(int64_t time_ns);
   /// Of the body's sensor, on the machine's clock: to predict by.
@@ -27,6 +28,7 @@ class AutopilotObserver : public RunObserver {
   /// A sample on the machine's clock as one on the images', later than the one before; nothing
   /// before the first image, or where it is not.
   std::optional<ImuSample> AmongImages(ImuSample sample);
+  std::optional<GnssFix> FixAmongImages(GnssFix fix);
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
@@ -56,7 +58,7 @@ class AutopilotObserver : public RunObserver {
   /// others use the machine for seconds.
   SteadyImageClock inertial_clock_{600, 10};
   GentleOffset inertial_offset_;  ///< From the images' clock to the machine's.
-  std::optional<Timestamp> last_inertial_;
+  std::optional<Timestamp> last_inertial_, last_fix_;
   std::deque<MetricSince> metrics_;  ///< The newest last.
 };
 

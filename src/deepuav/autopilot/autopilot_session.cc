@@ -33,23 +33,22 @@ const char* TextOf(OdometryEstimator::Silence why) {
   return "SLAM: no odometry: the map has no scale";
 }
 
-bool IsSame(const std::optional<GeoPoint>& a, const std::optional<GeoPoint>& b) {
-  if (!a || !b) return a.has_value() == b.has_value();
-  return a->latitude_deg == b->latitude_deg && a->longitude_deg == b->longitude_deg &&
-         a->altitude_m == b->altitude_m;
-}
+double Apart(const GeoPoint& a, const GeoPoint& b) { return LocalFromGeo(a, b).norm(); }
+
+bool IsNear(const GeoPoint& a, const GeoPoint& b) { return Apart(a, b) < kSameOrigin_m; }
 
 }  // namespace
 
 void AutopilotOptions::Check() const { CheckOptions("", *this); }
 
 AutopilotSession::AutopilotSession(const AutopilotOptions& options, int64_t now_ns,
-                                   Inertial inertial)
+                                   AutopilotListener told)
     : options_(options),
       start_ns_(now_ns),
-      inertial_(std::move(inertial)),
+      listener_(std::move(told)),
       writer_(options.system_id),
       imu_(options.imu),
+      gnss_(options.gnss),
       heartbeat_ns_(now_ns - 60 * kSecond),
       question_ns_(heartbeat_ns_),
       text_ns_(heartbeat_ns_),
@@ -98,9 +97,10 @@ void AutopilotSession::TellState(Silence why, int64_t now_ns, std::vector<std::s
 
 void AutopilotSession::TellOrigin(const std::optional<GeoPoint>& origin, int64_t now_ns,
                                   std::vector<std::string>* due) {
-  if (!IsSame(origin, origin_)) {
+  if (origin != origin_) {
     origin_ = origin;
-    origin_tries_ = origin ? kOriginTries : 0;
+    const bool has_it = origin && heard_origin_ && IsNear(*origin, *heard_origin_);
+    origin_tries_ = origin && !has_it ? kOriginTries : 0;
     warned_of_origin_ = false;
   }
   if (origin_tries_ == 0) return TellOfOtherOrigin(due);
@@ -112,8 +112,8 @@ void AutopilotSession::TellOrigin(const std::optional<GeoPoint>& origin, int64_t
 
 void AutopilotSession::TellOfOtherOrigin(std::vector<std::string>* due) {
   if (!origin_ || !heard_origin_) return;
-  const double apart_m = LocalFromGeo(*origin_, *heard_origin_).norm();
-  if (apart_m < kSameOrigin_m || std::exchange(warned_of_origin_, true)) return;
+  if (IsNear(*origin_, *heard_origin_) || std::exchange(warned_of_origin_, true)) return;
+  const double apart_m = Apart(*origin_, *heard_origin_);
   const std::string text = fmt::format("SLAM: your origin is {:.0f} m off the map's", apart_m);
   due->push_back(writer_.StatusText(text, true));
   Log().warn("autopilot: {}: positions are told from the map's", text);
@@ -129,6 +129,7 @@ std::vector<std::string> AutopilotSession::Due(const OdometryEstimator::Answer& 
   TellState(answer.why, now_ns, &due);
   TellOrigin(answer.origin, now_ns, &due);
   TellOfInertial(now_ns, &due);
+  TellOfFixes(now_ns, &due);
   const bool waits_for_clock =
       !clock_.is_known() && now_ns - start_ns_ < std::llround(options_.clock_wait_s * kSecond);
   if (!answer.odometry || waits_for_clock) return due;
@@ -147,6 +148,7 @@ void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
   Log().info("autopilot: heard, system {}", system_id);
   told_.reset();
   imu_.Restart();
+  gnss_.Restart();
   if (origin_) origin_tries_ = kOriginTries;
   heard_origin_.reset();
   warned_of_origin_ = false;
@@ -154,8 +156,7 @@ void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
 
 void AutopilotSession::TellOfInertial(int64_t now_ns, std::vector<std::string>* due) {
   if (!options_.imu.wanted) return;
-  const bool is_there = autopilot_ns_ && now_ns - *autopilot_ns_ <= kAway;
-  if (is_there) {
+  if (IsThere(now_ns)) {
     const AutopilotImu::Ask ask = imu_.DueAsk(now_ns);
     const auto request = [&](RequestedMessage message) {
       due->push_back(writer_.RequestMessage(message, autopilot_system_, options_.imu.rate_hz));
@@ -163,18 +164,56 @@ void AutopilotSession::TellOfInertial(int64_t now_ns, std::vector<std::string>* 
     if (ask.highres) request(RequestedMessage::kHighresImu);
     if (ask.scaled) request(RequestedMessage::kScaledImu);
   }
-  const std::optional<AutopilotImu::News> news = imu_.DueNews(now_ns);
+  TellNews(imu_.DueNews(now_ns), due);
+}
+
+void AutopilotSession::TellOfFixes(int64_t now_ns, std::vector<std::string>* due) {
+  if (!options_.gnss.wanted) return;
+  if (IsThere(now_ns)) {
+    const AutopilotGnss::Ask ask = gnss_.DueAsk(now_ns);
+    const auto request = [&](RequestedMessage message, double rate_hz) {
+      due->push_back(writer_.RequestMessage(message, autopilot_system_, rate_hz));
+    };
+    if (ask.fixes) request(RequestedMessage::kGnss, options_.gnss.rate_hz);
+    if (ask.origin) request(RequestedMessage::kGlobalOrigin, 1 / options_.gnss.origin_every_s);
+  }
+  TellNews(gnss_.DueNews(now_ns), due);
+}
+
+void AutopilotSession::TellNews(const std::optional<AutopilotNews>& news,
+                                std::vector<std::string>* due) {
   if (!news) return;
   due->push_back(writer_.StatusText(news->text, news->is_warning));
   Log().log(news->is_warning ? spdlog::level::warn : spdlog::level::info, "autopilot: {} ({})",
             news->text, news->why);
 }
 
-/// Of none but the autopilot whose heartbeat was heard.
+bool AutopilotSession::IsThere(int64_t now_ns) const {
+  return autopilot_ns_ && now_ns - *autopilot_ns_ <= kAway;
+}
+
+/// Whose heartbeat was heard.
+bool AutopilotSession::IsOfTheAutopilot(int system_id) const {
+  return autopilot_ns_ && system_id == autopilot_system_;
+}
+
 void AutopilotSession::TakeInertial(const InertialMessage& message, int64_t now_ns) {
-  if (!autopilot_ns_ || message.system_id != autopilot_system_) return;
+  if (!IsOfTheAutopilot(message.system_id)) return;
   const std::optional<ImuSample> sample = imu_.Take(message, clock_, now_ns);
-  if (sample && inertial_) inertial_(*sample);
+  if (sample && listener_.inertial) listener_.inertial(*sample);
+}
+
+void AutopilotSession::TakeFix(const FixMessage& message, int64_t now_ns) {
+  if (!IsOfTheAutopilot(message.system_id)) return;
+  const std::optional<GnssFix> fix = gnss_.Take(message, clock_, now_ns);
+  if (fix && listener_.fix) listener_.fix(*fix);
+}
+
+void AutopilotSession::TakeOrigin(const GeoPoint& origin, int64_t now_ns) {
+  heard_origin_ = origin;
+  origin_tries_ = 0;
+  gnss_.HeardOrigin(now_ns);
+  if (options_.gnss.wanted && listener_.origin) listener_.origin(origin);
 }
 
 std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64_t now_ns) {
@@ -186,12 +225,14 @@ std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64
     answers.push_back(writer_.Timesync(clock_.TimeOf(now_ns), mark_ns));
   };
   MavlinkListener listener{[&](int system_id) { Heartbeat(system_id, now_ns); }, timesync,
-                           [&](const GeoPoint& origin) {
-                             heard_origin_ = origin;
-                             origin_tries_ = 0;
+                           [&](int system_id, const GeoPoint& origin) {
+                             if (!autopilot_ns_ || system_id == autopilot_system_)
+                               TakeOrigin(origin, now_ns);
                            }};
   if (options_.imu.wanted)
     listener.inertial = [&](const InertialMessage& message) { TakeInertial(message, now_ns); };
+  if (options_.gnss.wanted)
+    listener.fix = [&](const FixMessage& message) { TakeFix(message, now_ns); };
   ReadMavlink(datagram, listener);
   return answers;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/autopilot/autopilot_gnss.h"
 #include "deepuav/autopilot/autopilot_imu.h"
 #include "deepuav/autopilot/clock_sync.h"
 #include "deepuav/autopilot/mavlink_messages.h"
@@ -17,6 +18,7 @@ struct AutopilotOptions {
   bool vision_position = false;  ///< VISION_POSITION_ESTIMATE in place of ODOMETRY.
   double clock_wait_s = 3;       ///< For the autopilot's clock before times are the machine's own.
   AutopilotImuOptions imu = {};
+  AutopilotGnssOptions gnss = {};
 
   /// Throws Error for values that cannot be.
   void Check() const;
@@ -27,18 +29,24 @@ struct AutopilotOptions {
     visit("vision_position", vision_position, "", "VISION_POSITION_ESTIMATE in place of ODOMETRY");
     visit("clock_wait_s", clock_wait_s, "s", "for the autopilot's clock", Between(0, 60));
     visit.Part("imu", imu);
+    visit.Part("gnss", gnss);
   }
+};
+
+/// Who is told what an autopilot's sensors say, on the machine's clock, where the options want it.
+struct AutopilotListener {
+  /// Of its inertial sensor, in its body's axes.
+  std::function<void(const ImuSample& sample)> inertial = nullptr;
+  std::function<void(const GnssFix& fix)> fix = nullptr;
+  /// Of its local frame, again and again.
+  std::function<void(const GeoPoint& origin)> origin = nullptr;
 };
 
 /// What is said to an autopilot when, without sockets. Thread-compatible; times: nanoseconds of the
 /// machine's clock.
 class AutopilotSession {
  public:
-  /// Of the autopilot's inertial sensor, in its body's axes, on the machine's clock.
-  using Inertial = std::function<void(const ImuSample& sample)>;
-
-  /// `inertial` is told where the options want samples.
-  AutopilotSession(const AutopilotOptions& options, int64_t now_ns, Inertial inertial = nullptr);
+  AutopilotSession(const AutopilotOptions& options, int64_t now_ns, AutopilotListener told = {});
 
   /// The datagrams that are due, once an odometry.
   std::vector<std::string> Due(const OdometryEstimator::Answer& answer, int64_t now_ns);
@@ -58,15 +66,22 @@ class AutopilotSession {
   void TellOfOtherOrigin(std::vector<std::string>* due);
   uint64_t GrowingTime(int64_t time_ns);
   void Heartbeat(int system_id, int64_t now_ns);
+  bool IsThere(int64_t now_ns) const;
+  bool IsOfTheAutopilot(int system_id) const;
   void TakeInertial(const InertialMessage& message, int64_t now_ns);
+  void TakeFix(const FixMessage& message, int64_t now_ns);
+  void TakeOrigin(const GeoPoint& origin, int64_t now_ns);
   void TellOfInertial(int64_t now_ns, std::vector<std::string>* due);
+  void TellOfFixes(int64_t now_ns, std::vector<std::string>* due);
+  void TellNews(const std::optional<AutopilotNews>& news, std::vector<std::string>* due);
 
   const AutopilotOptions options_;
   const int64_t start_ns_;
-  const Inertial inertial_;
+  const AutopilotListener listener_;
   MavlinkWriter writer_;
   ClockSync clock_;
   AutopilotImu imu_;
+  AutopilotGnss gnss_;
   int64_t heartbeat_ns_, question_ns_, text_ns_, origin_ns_, answers_ns_;
   int answers_ = 0;  ///< To questions since then.
   int64_t last_time_us_ = 0;

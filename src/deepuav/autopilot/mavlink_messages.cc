@@ -117,6 +117,24 @@ std::string MavlinkWriter::GlobalOrigin(const GeoPoint& origin, int target_syste
   });
 }
 
+namespace {
+
+int NumberOf(RequestedMessage message) {
+  switch (message) {
+    case RequestedMessage::kHighresImu:
+      break;
+    case RequestedMessage::kScaledImu:
+      return MAVLINK_MSG_ID_SCALED_IMU;
+    case RequestedMessage::kGnss:
+      return MAVLINK_MSG_ID_GPS_RAW_INT;
+    case RequestedMessage::kGlobalOrigin:
+      return MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN;
+  }
+  return MAVLINK_MSG_ID_HIGHRES_IMU;
+}
+
+}  // namespace
+
 std::string MavlinkWriter::RequestMessage(RequestedMessage message, int target_system,
                                           double rate_hz) {
   constexpr double kMicroseconds = 1e6;
@@ -124,8 +142,7 @@ std::string MavlinkWriter::RequestMessage(RequestedMessage message, int target_s
   packed.command = MAV_CMD_SET_MESSAGE_INTERVAL;
   packed.target_system = static_cast<uint8_t>(target_system);
   packed.target_component = MAV_COMP_ID_AUTOPILOT1;
-  packed.param1 = message == RequestedMessage::kHighresImu ? MAVLINK_MSG_ID_HIGHRES_IMU
-                                                           : MAVLINK_MSG_ID_SCALED_IMU;
+  packed.param1 = static_cast<float>(NumberOf(message));
   packed.param2 = static_cast<float>(kMicroseconds / rate_hz);
   return Pack([&](mavlink_status_t* status, mavlink_message_t* out) {
     mavlink_msg_command_long_encode_status(system_id_, kComponent, status, out, &packed);
@@ -139,6 +156,20 @@ GeoPoint OriginOf(const mavlink_message_t& message) {
   mavlink_msg_gps_global_origin_decode(&message, &origin);
   return {origin.latitude / kDegreeParts, origin.longitude / kDegreeParts,
           origin.altitude / kMillimetres};
+}
+
+FixMessage FixOf(const mavlink_message_t& message) {
+  mavlink_gps_raw_int_t fix;
+  mavlink_msg_gps_raw_int_decode(&message, &fix);
+  FixMessage found;
+  found.system_id = message.sysid;
+  found.has_place = fix.fix_type >= GPS_FIX_TYPE_3D_FIX && fix.fix_type <= GPS_FIX_TYPE_PPP;
+  if (fix.time_usec <= static_cast<uint64_t>(std::numeric_limits<int64_t>::max()))
+    found.time_us = static_cast<int64_t>(fix.time_usec);
+  found.place = {fix.lat / kDegreeParts, fix.lon / kDegreeParts, fix.alt / kMillimetres};
+  found.horizontal_sigma_m = fix.h_acc / kMillimetres;
+  found.vertical_sigma_m = fix.v_acc / kMillimetres;
+  return found;
 }
 
 InertialMessage HighresOf(const mavlink_message_t& message) {
@@ -183,10 +214,13 @@ void Tell(const mavlink_message_t& message, const MavlinkListener& listener) {
                         mavlink_msg_timesync_get_ts1(&message));
       break;
     case MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
-      listener.global_origin(OriginOf(message));
+      listener.global_origin(message.sysid, OriginOf(message));
       break;
     case MAVLINK_MSG_ID_HIGHRES_IMU:
       if (listener.inertial) listener.inertial(HighresOf(message));
+      break;
+    case MAVLINK_MSG_ID_GPS_RAW_INT:
+      if (listener.fix) listener.fix(FixOf(message));
       break;
     case MAVLINK_MSG_ID_SCALED_IMU:
       if (listener.inertial) listener.inertial(ScaledOf(message));

@@ -8,7 +8,7 @@
 
 namespace deepuav {
 
-enum class RequestedMessage { kHighresImu, kScaledImu };
+enum class RequestedMessage { kHighresImu, kScaledImu, kGnss, kGlobalOrigin };
 
 /// Makes MAVLink 2 messages, as bytes of one datagram each. Thread-compatible. Times: microseconds.
 class MavlinkWriter {
@@ -46,12 +46,22 @@ struct InertialMessage {
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();    ///< m/s^2
 };
 
+/// What an autopilot's GNSS receiver says (GPS_RAW_INT).
+struct FixMessage {
+  int system_id = 0;
+  bool has_place = false;  ///< In three dimensions.
+  int64_t time_us = 0;     ///< On the autopilot's clock, or of the receiver's.
+  GeoPoint place;          ///< The altitude above the sea.
+  double horizontal_sigma_m = 0, vertical_sigma_m = 0;  ///< 0: not stated.
+};
+
 /// What an autopilot says that concerns us.
 struct MavlinkListener {
   std::function<void(int system_id)> heartbeat;  ///< Of an autopilot.
   std::function<void(int64_t clock_ns, int64_t mark_ns)> timesync;
-  std::function<void(const GeoPoint& origin)> global_origin;
+  std::function<void(int system_id, const GeoPoint& origin)> global_origin;
   std::function<void(const InertialMessage& message)> inertial = {};  ///< May be none.
+  std::function<void(const FixMessage& message)> fix = {};            ///< The same.
 };
 
 /// Reads one datagram; whatever is no whole message with a right checksum is left aside.

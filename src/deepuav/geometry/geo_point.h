@@ -6,6 +6,8 @@ namespace deepuav {
 /// the fixes have.
 struct GeoPoint {
   double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
+
+  bool operator==(const GeoPoint&) const = default;
 };
 
 }  // namespace deepuav

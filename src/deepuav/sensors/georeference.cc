@@ -252,6 +252,13 @@ double Georeference::turn_sigma_rad() const {
   return std::sqrt(axes.eigenvalues().maxCoeff());
 }
 
+Eigen::Matrix3d Georeference::PositionCovariance(const Eigen::Vector3d& world) const {
+  const Eigen::Vector3d arm = local_from_world * world - local_from_world.translation();
+  Eigen::Matrix<double, 3, 8> jacobian;
+  jacobian << -Skew(arm), Eigen::Matrix3d::Identity(), arm, Eigen::Vector3d::Zero();
+  return jacobian * covariance * jacobian.transpose();
+}
+
 Eigen::Vector3d Georeference::IndependentSigma(size_t i) const {
   const PositionOnPath& at = positions[i];
   Eigen::Vector3d ratio(horizontal_ratio, horizontal_ratio, vertical_ratio);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "deepuav/base/option_bounds.h"
+#include "deepuav/base/option_check.h"
 #include "deepuav/geometry/sim3.h"
 #include "deepuav/sensors/orientation_prior.h"
 #include "deepuav/sensors/positions_on_path.h"
@@ -21,6 +21,13 @@ struct GeoreferenceOptions {
   double level_sigma_deg = 5;  ///< How level the camera's x axis is taken to be, in the mean of a
                                ///< flight.
   double max_gap_s = 2;        ///< Of path and fixes, to interpolate in.
+  double running_window_s = 240;  ///< Latest part of fixes by which it is told while it grows...
+  double running_pose_interval_s = 0.25;  ///< ...from poses that are so far apart...
+  double running_wait_s = 2;              ///< ...tried so often until something is found...
+  double running_longest_wait_s = 20;     ///< ...then more seldom, up to this.
+  /// Of the scale, as a share, and of the orientation, in rad, with which it is told meanwhile: who
+  /// steers by it bears less than who looks at it afterwards.
+  double running_max_sigma = 0.05;
 
   void Check() const;
   template <typename Visitor>
@@ -40,6 +47,24 @@ struct GeoreferenceOptions {
           Between(0.001, 180));
     visit("max_gap_s", max_gap_s, "s", "longest gap of path or fixes that is interpolated",
           Between(0, 1e6));
+    visit("running_window_s", running_window_s, "s",
+          "latest part of the fixes by which a place is told while the run goes on",
+          Between(1, 86'400));
+    visit("running_pose_interval_s", running_pose_interval_s, "s", "between two poses of that part",
+          Between(0.01, 60));
+    visit("running_wait_s", running_wait_s, "s",
+          "before it is looked for again while there is none", Between(0.1, 3600));
+    visit("running_longest_wait_s", running_longest_wait_s, "s", "the same once there is one",
+          Between(0.1, 3600));
+    visit(
+        "running_max_sigma", running_max_sigma, "",
+        "standard deviation of the scale, as a share, and of the orientation, in rad, above which "
+        "no place is told while the run goes on",
+        Above(0, 3));
+  }
+  void CheckRelations() const {
+    CheckOption(running_wait_s <= running_longest_wait_s, "running_wait_s", running_wait_s,
+                "at most running_longest_wait_s");
   }
 };
 
@@ -68,6 +93,8 @@ struct Georeference {
   int used() const;
   double scale_sigma() const;     ///< Relative.
   double turn_sigma_rad() const;  ///< About the least certain axis.
+  /// Of where a point of the path's world lies; m^2.
+  Eigen::Matrix3d PositionCovariance(const Eigen::Vector3d& world) const;
   /// The standard deviations that position i shall count with where all are taken as independent;
   /// metres.
   Eigen::Vector3d IndependentSigma(size_t i) const;

@@ -133,6 +133,20 @@ void LiveRun::FeedImu(const ImuSample& sample) {
   if (run_) run_->FeedImu(sample);
 }
 
+std::optional<GnssStream> LiveRun::Gnss() const {
+  if (!dataset_ || request_.feed.clock.clock != ImageClock::kStream) return std::nullopt;
+  GnssStream gnss = dataset_->ReadSensors().gnss;
+  if (gnss.fixes.empty()) return std::nullopt;
+  return gnss;
+}
+
+void LiveRun::ExpectGnss(GnssStream receiver) { push_.gnss = std::move(receiver); }
+
+void LiveRun::FeedFix(const GnssFix& fix) {
+  const std::scoped_lock lock(mutex_);
+  if (run_) run_->FeedFix(fix);
+}
+
 LiveStatus LiveRun::status() const {
   constexpr size_t kLatest = 200;
   const std::scoped_lock lock(mutex_);

@@ -56,9 +56,13 @@ class LiveRun {
   /// Samples of this sensor will come, which is fixed to the camera and has a clock of its own.
   /// Only before Run.
   void ExpectImu(ImuStream sensor);
+  /// The same of a receiver.
+  void ExpectGnss(GnssStream receiver);
   /// A sample on the images' times, later than the one before; left aside where no run is under
   /// way. Thread-safe.
   void FeedImu(const ImuSample& sample);
+  /// The same of a fix, which is somewhere on Earth.
+  void FeedFix(const GnssFix& fix);
 
   /// Looks for the lens where it is no more than guessed; nothing is tracked meanwhile. Before Run.
   /// Throws Error where the source cannot be opened.
@@ -78,6 +82,7 @@ class LiveRun {
   }
   /// Of a dataset that has one, on the times that its images have when it is seen once.
   std::optional<ImuStream> Imu() const;
+  std::optional<GnssStream> Gnss() const;
   /// Thread-safe.
   LiveStatus status() const;
 

@@ -18,8 +18,6 @@ constexpr int kRounds = 2;  // Who is an outlier shows better once the fixes too
 /// Fixes to centimetres show it better with each round, while their spread still falls by so much.
 constexpr int kCarrierRounds = 8;
 constexpr double kSpreadStillFalls = 0.8;
-/// Over their common standard deviation: fixes and what is known beside contradict each other.
-constexpr double kContradictionSigmas = 4;
 
 /// Whether the map was still so far off that what the fixes state shows only now.
 bool SpreadFell(const Georeference& before, const Georeference& now) {
@@ -27,8 +25,6 @@ bool SpreadFell(const Georeference& before, const Georeference& now) {
                             now.vertical_ratio < kSpreadStillFalls * before.vertical_ratio);
 }
 
-/// Knows which way is about up, and nothing more.
-constexpr MetricPrior kRoughlyUp{1e3, 1e3};
 constexpr double kOpen_rad = 3;
 
 }  // namespace

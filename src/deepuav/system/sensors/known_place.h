@@ -8,6 +8,12 @@
 
 namespace deepuav {
 
+/// Over the common standard deviation: from here on fixes and what is known beside contradict each
+/// other.
+inline constexpr double kContradictionSigmas = 4;
+/// What a path is known by of which no more is known than which way is about up.
+inline constexpr MetricPrior kRoughlyUp{1e3, 1e3};
+
 /// How far the fixes alone would move what is known of a map whose world it is in, by an inertial
 /// sensor or by attitudes, over the common standard deviation.
 double Contradiction(const Georeference& by_fixes, const MetricPrior& known);
