@@ -47,8 +47,9 @@ void PlaceWatch::AddFix(const GnssFix& fix) {
 
 void PlaceWatch::UseOrigin(const GeoPoint& origin) {
   const std::scoped_lock lock(mutex_);
+  if (origin_ == origin) return;
   origin_ = origin;
-  tried_.reset();
+  tried_.reset();  // It is told anew at once.
 }
 
 void PlaceWatch::UseMetric(MapId map, int64_t revision, const MetricWorld& world) {
@@ -115,8 +116,10 @@ void PlaceWatch::OnFrame(const FrameRecord& record, const Frame& /*frame*/) {
   if (std::unique_ptr<Job> job = JobAt(record)) jobs_.TryPush(std::move(job));
 }
 
-/// Only while there is none, and seldom.
+/// Only while there is none though it could be, and seldom.
 void PlaceWatch::TellRefusal(const Job& job) {
+  const Trajectory& path = job.evidence.path;
+  if (path.empty() || SecondsBetween(path.front().time, path.back().time) < kRefusalEvery_s) return;
   if (running_.has_told() || running_.refusal().empty()) return;
   if (refused_at_ && std::abs(SecondsBetween(*refused_at_, job.time)) < kRefusalEvery_s) return;
   refused_at_ = job.time;

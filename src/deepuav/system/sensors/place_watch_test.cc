@@ -64,7 +64,7 @@ class PlaceWatchTest : public testing::Test {
       record.map_revision = revision_;
       record.cam_from_world = kMapFromLocal.MovePose(pose.world_from_cam.Inverse());
       watch_->OnFrame(record, {});
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
   }
   std::vector<Told> End() {
@@ -153,7 +153,7 @@ TEST_F(PlaceWatchInMapTest, APlaceMovesWithTheMapWhereNoFixComesAnyMore) {
       record.cam_from_world = map().PoseOf(record.pose);
       record.map_revision = map().revision();
       watch.OnFrame(record, {});
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     };
     for (const FrameRecord& record : records_) show(record, 0);
     show(records_.back(), 4);

@@ -11,7 +11,7 @@ namespace {
 
 /// By how much surer of the camera's place what is found must be to be told anew, and how many
 /// standard deviations from where it was told to be.
-constexpr double kSurer = 2, kContradiction = 3;
+constexpr double kSurer = 1.2, kContradiction = 3;
 
 double HorizontalSigma(const Georeference& place, const Eigen::Vector3d& world) {
   return std::sqrt(place.PositionCovariance(world).topLeftCorner<2, 2>().trace());
