@@ -26,11 +26,28 @@ from program_under_test import TIMEOUT_S, main
 ORIGIN = autopilot_test.ORIGIN  # Of the autopilot's local frame.
 FIRST_AT_M = (120.0, -80.0, 15.0)  # Of the sequence's origin, about that: east, north, up.
 FIX_EVERY_S, SIGMA_M, LATE_S = 0.2, 0.01, 0.08
+ANTENNA_M = (-0.4, 0.1, -0.3)  # Forward, right, down.
 RTK_FIXED = 6
 GPS_RAW_INT, GPS_GLOBAL_ORIGIN = 24, 49
 ODOMETRY_WANTED = 100
 # Of a flight within 2 m by fixes to a centimetre, at half the images' size, beside other programs.
 OFF_M = 0.12
+
+
+def path_of(antenna_m):
+    """Where the antenna was: seconds from the first image, metres."""
+    begin_ns = int(autopilot_imu_test.rows(autopilot_imu_test.SEQUENCE / "mav0/cam0/data.csv")[0][0])
+    camera_from_body = autopilot_imu_test.transposed(autopilot_imu_test.BODY_FROM_CAMERA)
+    in_camera = tuple(a - b for a, b in zip(
+        autopilot_imu_test.times(camera_from_body, antenna_m),
+        autopilot_imu_test.times(autopilot_imu_test.transposed(autopilot_imu_test.SENSOR_FROM_CAMERA),
+                                 autopilot_imu_test.CAMERA_IN_SENSOR_M)))
+    path = []
+    for row in autopilot_imu_test.rows(autopilot_imu_test.SEQUENCE / "groundtruth_cam0.csv"):
+        values = tuple(map(float, row[1:8]))
+        arm = autopilot_imu_test.turned(values[3:], in_camera)
+        path.append((1e-9 * (int(row[0]) - begin_ns), tuple(p + a for p, a in zip(values[:3], arm))))
+    return path
 
 
 class FlyingAutopilot(autopilot_test.Autopilot):
@@ -49,14 +66,13 @@ class FlyingAutopilot(autopilot_test.Autopilot):
         self.socket.sendto(message.pack(self.fix_writer), self.peer)
 
     def play(self):
-        noise = random.Random(3)
-        latitude, longitude, altitude = ORIGIN
-        self.tell(common.MAVLink_gps_global_origin_message(int(1e7 * latitude), int(1e7 * longitude), int(1e3 * altitude), 0))
-        t = 0
-        while t < self.flight.turn_back and not self.over:
-            t += FIX_EVERY_S
-            if (at := self.flight.position(t)) is None:
+        noise, latest = random.Random(3), 0.0
+        for t, at in path_of(ANTENNA_M):
+            if t < latest + FIX_EVERY_S or self.over:
                 continue
+            latest = t
+            latitude, longitude, altitude = ORIGIN
+            self.tell(common.MAVLink_gps_global_origin_message(int(1e7 * latitude), int(1e7 * longitude), int(1e3 * altitude), 0))
             if (wait := self.began + t + LATE_S - time.monotonic()) > 0:
                 time.sleep(wait)
             measured = tuple(a + b + noise.gauss(0, SIGMA_M) for a, b in zip(at, FIRST_AT_M))
@@ -80,7 +96,7 @@ class AutopilotGnssTest(unittest.TestCase):
         live = live_test.Live(camera.address, out, "--camera", calibration, "--clock", "stream", "--save-every", "0", "--set",
                               f"images.working_pixels={autopilot_imu_test.WORKING_PIXELS}", "--set",
                               f"system.finish_stopped_s={TIMEOUT_S}", "--mavlink", autopilot.address, "--mavlink-gnss",
-                              "--mount-offset", offset)
+                              "--mount-offset", offset, "--mavlink-antenna", ",".join(map(str, ANTENNA_M)))
         self.addCleanup(lambda: live.process.poll() is None and live.end(signal.SIGKILL))
         autopilot.wait("COMMAND_LONG", 2)
         time.sleep(autopilot_imu_test.RUN_UP_S)

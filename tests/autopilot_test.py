@@ -282,7 +282,9 @@ class AutopilotTest(unittest.TestCase):
                                 (("--mavlink", "udp:127.0.0.1:1", "--mount", "sideways"), "sideways"),
                                 (("--mavlink", "udp:127.0.0.1:1", "--speed", "2"), "--speed"),
                                 (("--mount", "down"), "--mavlink"), (("--mavlink-vision",), "--mavlink"),
-                                (("--mavlink-imu",), "--mavlink")):
+                                (("--mavlink-imu",), "--mavlink"), (("--mavlink-gnss",), "--mavlink"),
+                                (("--mavlink", "udp:127.0.0.1:1", "--mavlink-antenna", "0,0,0"), "--mavlink-gnss"),
+                                (("--mavlink", "udp:127.0.0.1:1", "--mavlink-gnss", "--mavlink-antenna", "up"), "up")):
             done = subprocess.run([DEEPUAV, "live", self.scene, "--out", self.scratch / "misuse", *arguments],
                                   capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
             self.assertIn(done.returncode, (1, 2), arguments)

@@ -60,7 +60,8 @@ std::unique_ptr<PlaceWatch> WatchPlace(std::optional<GnssStream> gnss,
   return std::make_unique<PlaceWatch>(
       std::move(*gnss), options, [observer](MapId map, int64_t revision, const PlacedWorld& world) {
         observer->UseMetric(map, revision,
-                            MetricFromMap{world.local_from_world, world.scale_sigma, world.origin});
+                            MetricFromMap{world.local_from_world, world.scale_sigma(), world.origin,
+                                          world.covariance});
       });
 }
 

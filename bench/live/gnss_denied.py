@@ -163,6 +163,8 @@ def fly(name, seed, arguments):
         return f"{head} no place | | | | |"
     # The last odometry is of about the last image.
     clock_s = clock_of(placed, origin, truth, end_s, odometry[-1][0] - truth.length_s)
+    if clock_s is None:
+        return f"{head} after the fixes | | | | |"
     found = errors(placed, origin, truth, clock_s)
     known, denied = [e for e in found if e[0] <= end_s], [e for e in found if e[0] > end_s]
     changes = sum(a.reset_counter != b.reset_counter for (_, a), (_, b) in zip(placed, placed[1:]))

@@ -24,6 +24,11 @@ bool IsSomewhere(const GeoPoint& place) {
          place.altitude_m <= kHighest_m && (place.latitude_deg != 0 || place.longitude_deg != 0);
 }
 
+/// One that the receiver has not measured anew.
+bool IsTheSame(const FixMessage& a, const FixMessage& b) {
+  return a.time_us != 0 ? a.time_us == b.time_us : b.time_us == 0 && a.place == b.place;
+}
+
 }  // namespace
 
 /// What is of no time about now is of another clock, as a receiver's may be.
@@ -42,8 +47,10 @@ std::optional<GnssFix> AutopilotGnss::Take(const FixMessage& message, const Cloc
     return std::nullopt;
   };
   message_ns_ = now_ns;
+  const std::optional<FixMessage> before = std::exchange(sent_, message);
   if (!message.has_place || !IsSomewhere(message.place)) return leave(&left_aside_.no_place);
   if (message.horizontal_sigma_m > options_.max_sigma_m) return leave(&left_aside_.uncertain);
+  if (before && IsTheSame(*before, message)) return leave(&left_aside_.out_of_time);
   if (!clock.is_known()) return leave(&left_aside_.before_clock);
   const int64_t time_ns = TimeOf(message, clock, now_ns);
   if (last_ns_ && Seconds(time_ns - *last_ns_) < options_.least_interval_s)

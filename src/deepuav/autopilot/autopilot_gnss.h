@@ -63,7 +63,7 @@ class AutopilotGnss {
     int64_t no_place = 0;      ///< The receiver had none, or one that is nowhere.
     int64_t uncertain = 0;     ///< Beyond the bound.
     int64_t before_clock = 0;  ///< The autopilot's clock was not known.
-    int64_t out_of_time = 0;   ///< Not later than the one before.
+    int64_t out_of_time = 0;   ///< Not later than the one before, or the same again.
   };
   /// Which messages it is to be asked for.
   struct Ask {
@@ -94,6 +94,7 @@ class AutopilotGnss {
   const AutopilotGnssOptions options_;
   LeftAside left_aside_;
   PatientQuestion fixes_, origin_;
+  std::optional<FixMessage> sent_;     ///< That came last.
   std::optional<int64_t> last_ns_;     ///< The latest fix's time...
   std::optional<int64_t> taken_ns_;    ///< ...and when it came.
   std::optional<int64_t> message_ns_;  ///< When a message came, of whatever it holds.

@@ -140,9 +140,34 @@ TEST_F(AutopilotGnssTest, OneThatWasSentBeforeIsLeftAside) {
   EXPECT_EQ(fixes_.size(), 1u);
 }
 
+TEST_F(AutopilotGnssTest, OneThatIsSentAgainIsLeftAsideWhateverItsClock) {
+  Meet();
+  for (const int64_t time_us : {int64_t{1'780'000'000'000'000}, int64_t{0}}) {
+    const std::string datagram = Datagram(Fix(time_us));
+    for (int i = 0; i < 5; ++i) {
+      now_ += 200 * kMs;
+      Hear(datagram);
+    }
+  }
+  EXPECT_EQ(fixes_.size(), 2u);
+}
+
+TEST_F(AutopilotGnssTest, StaysWithTheAutopilotThatWasHeardFirst) {
+  Meet();
+  session_->Hear(HeartbeatFrom(kOther, MAV_COMP_ID_AUTOPILOT1, MAV_AUTOPILOT_PX4), now_);
+  Hear(Datagram(Fix(AutopilotUs()), kOther));
+  EXPECT_TRUE(fixes_.empty());
+  now_ += 10 * kSecond;  // Meanwhile the first one is gone.
+  session_->Hear(HeartbeatFrom(kOther, MAV_COMP_ID_AUTOPILOT1, MAV_AUTOPILOT_PX4), now_);
+  Hear(Datagram(Fix(AutopilotUs()), kOther));
+  EXPECT_EQ(fixes_.size(), 1u);
+}
+
 TEST_F(AutopilotGnssTest, OnlyTheAutopilotsOwnAreTaken) {
   Hear(Datagram(Fix(AutopilotUs())));
+  Hear(OriginFrom(kOther, 473'000'000, 85'000'000, 400'000));
   EXPECT_TRUE(fixes_.empty()) << "no heartbeat yet";
+  EXPECT_TRUE(origins_.empty());
   Meet();
   Hear(Datagram(Fix(AutopilotUs()), kOther));
   Hear(OriginFrom(kOther, 473'000'000, 85'000'000, 400'000));

@@ -53,9 +53,9 @@ void AutopilotObserver::Keep(MetricSince since) {
 void AutopilotObserver::OnMap(const MapEvent& event) {
   if (event.change != MapChange::kMerged) return;
   const std::scoped_lock lock(mutex_);
-  if (MetricIn(event.into, kNewest)) return;
+  const std::optional<MetricFromMap> known = MetricIn(event.into, kNewest);
   std::optional<MetricFromMap> metric = MetricIn(event.map, kNewest);
-  if (!metric) return;
+  if (!metric || (known && (known->origin || !metric->origin))) return;
   metric->metric_from_map = metric->metric_from_map * event.into_from_map.Inverse();
   Keep({event.into, event.revision, metric});
 }

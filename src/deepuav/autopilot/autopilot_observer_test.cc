@@ -171,6 +171,31 @@ TEST(AutopilotObserver, MetresOutlastAMerger) {
             1e-6);
 }
 
+/// What is known of the map where the next frame lies.
+OdometryEstimator::Answer AnswerIn(MapId map, int64_t revision, AutopilotObserver* autopilot) {
+  FrameRecord record;
+  record.map = map;
+  record.map_revision = revision;
+  record.time = Timestamp{SteadyNow()};
+  autopilot->OnFrame(record, Frame{});
+  return autopilot->At(SteadyNow());
+}
+
+TEST(AutopilotObserver, APlaceIsNotGivenUpForMetres) {
+  const MapId old{0}, young{1};
+  AutopilotObserver autopilot(Estimator());
+  MetricFromMap place;
+  place.origin = GeoPoint{47, 8, 400};
+  autopilot.UseMetric(old, 1, MetricFromMap{});
+  autopilot.UseMetric(young, 1, place);
+  autopilot.UseMetric(young, 2, MetricFromMap{});
+  EXPECT_TRUE(AnswerIn(young, 2, &autopilot).origin);
+  // Into a map that has metres alone.
+  autopilot.OnMap({MapChange::kMerged, young, old, Sim3(), 3});
+  autopilot.OnGauge(old, 3, {GaugeKind::kMetric, {}, 0.01});
+  EXPECT_TRUE(AnswerIn(old, 3, &autopilot).origin);
+}
+
 TEST(AutopilotObserver, FoundAnewMetresKeepHeadingAndOrigin) {
   AutopilotObserver autopilot(Estimator());
   const auto told_with = [&](const MetricFromMap& metric, int64_t revision) {
@@ -214,6 +239,22 @@ TEST(AutopilotObserver, BringsSamplesAmongTheImages) {
   const auto later = observer.AmongImages({{SteadyNow()}, {}, {}});
   ASSERT_TRUE(later);
   EXPECT_GE(later->time.nanoseconds, 1000 * kSecond);
+}
+
+TEST(AutopilotObserver, BringsFixesAmongTheImages) {
+  constexpr int64_t kSecond = 1'000'000'000, kImage = 5 * kSecond;
+  AutopilotObserver observer(Estimator());
+  GnssFix fix;
+  fix.time = {SteadyNow()};
+  EXPECT_FALSE(observer.FixAmongImages(fix)) << "no image came";
+  observer.Arrived({kImage}, Stopwatch());
+  fix.time = {SteadyNow()};
+  fix.latitude_deg = 47;
+  const auto among_images = observer.FixAmongImages(fix);
+  ASSERT_TRUE(among_images);
+  EXPECT_NEAR(1e-9 * static_cast<double>(among_images->time.nanoseconds - kImage), 0, 0.5);
+  EXPECT_EQ(among_images->latitude_deg, 47);
+  EXPECT_FALSE(observer.FixAmongImages(fix)) << "the same again";
 }
 
 }  // namespace

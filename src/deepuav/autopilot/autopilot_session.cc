@@ -88,10 +88,9 @@ void AutopilotSession::TellState(Silence why, int64_t now_ns, std::vector<std::s
   if (!std::exchange(warned_of_scale_, true)) {
     Log().warn(
         "autopilot: {}: positions need a map in metres, as one of an earlier run with IMU or "
-        "position fixes (--map){}",
-        TextOf(why),
-        options_.imu.wanted ? ", or what its inertial samples will tell of this one"
-                            : ", or its inertial samples (--mavlink-imu)");
+        "position fixes (--map), or what its own sensors will tell of this one (--mavlink-imu, "
+        "--mavlink-gnss)",
+        TextOf(why));
   }
 }
 
@@ -140,6 +139,8 @@ std::vector<std::string> AutopilotSession::Due(const OdometryEstimator::Answer& 
 }
 
 void AutopilotSession::Heartbeat(int system_id, int64_t now_ns) {
+  // Behind a router there may be several vehicles.
+  if (IsThere(now_ns) && system_id != autopilot_system_) return;
   const bool is_new = !autopilot_ns_ || now_ns - *autopilot_ns_ > kAway;
   autopilot_ns_ = now_ns;
   autopilot_system_ = system_id;
@@ -213,7 +214,7 @@ void AutopilotSession::TakeOrigin(const GeoPoint& origin, int64_t now_ns) {
   heard_origin_ = origin;
   origin_tries_ = 0;
   gnss_.HeardOrigin(now_ns);
-  if (options_.gnss.wanted && listener_.origin) listener_.origin(origin);
+  if (options_.gnss.wanted && autopilot_ns_ && listener_.origin) listener_.origin(origin);
 }
 
 std::vector<std::string> AutopilotSession::Hear(std::string_view datagram, int64_t now_ns) {

@@ -3,19 +3,33 @@
 #include <Eigen/Cholesky>
 
 namespace deepuav {
-namespace {
 
-/// From metres with z up: half a turn about x, or from east, north, up to north, east, down.
 SE3 LocalFromMetric(bool is_georeferenced) {
   Eigen::Matrix3d rotation;
-  if (is_georeferenced)
+  if (is_georeferenced)  // From east, north, up to north, east, down.
     rotation << 0, 1, 0, 1, 0, 0, 0, 0, -1;
-  else
+  else  // Half a turn about x.
     rotation << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   return {rotation, Eigen::Vector3d::Zero()};
 }
 
-}  // namespace
+Matrix6d CovarianceOfMetric(const MetricFromMap& metric, const SE3& local_from_body) {
+  const Eigen::Vector3d& position = local_from_body.translation();
+  Matrix6d covariance = Matrix6d::Zero();
+  if (!metric.covariance) {
+    covariance.topLeftCorner<3, 3>() =
+        metric.scale_sigma * metric.scale_sigma * position * position.transpose();
+    return covariance;
+  }
+  const Eigen::Matrix3d local_axes = LocalFromMetric(metric.origin.has_value()).RotationMatrix();
+  const Eigen::Vector3d arm = position - local_axes * metric.metric_from_map.translation();
+  Eigen::Matrix<double, 6, 7> jacobian = Eigen::Matrix<double, 6, 7>::Zero();
+  jacobian.block<3, 3>(0, 0) = -Skew(arm) * local_axes;
+  jacobian.block<3, 3>(0, 3) = local_axes;
+  jacobian.block<3, 1>(0, 6) = arm;
+  jacobian.block<3, 3>(3, 0) = local_from_body.RotationMatrix().transpose() * local_axes;
+  return jacobian * *metric.covariance * jacobian.transpose();
+}
 
 BodyPose BodyPoseOf(const SE3& cam_from_map, const Matrix6d& information,
                     const MetricFromMap& metric, const SE3& body_from_cam) {

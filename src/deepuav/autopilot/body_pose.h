@@ -14,6 +14,13 @@ struct BodyPose {
   bool covariance_is_known = false;
 };
 
+/// From the metres of a map, with z up, to the local frame.
+SE3 LocalFromMetric(bool is_georeferenced);
+
+/// What a pose in the local frame is uncertain by, as BodyPose::covariance, because the map's own
+/// metres are.
+Matrix6d CovarianceOfMetric(const MetricFromMap& metric, const SE3& local_from_body);
+
 /// `information`: of cam_from_map's twist [translation; rotation], left-multiplied, in the map's
 /// units; one that cannot be inverted says nothing of the covariance.
 BodyPose BodyPoseOf(const SE3& cam_from_map, const Matrix6d& information,

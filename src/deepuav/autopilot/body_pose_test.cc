@@ -88,5 +88,51 @@ TEST(BodyPose, CovarianceIsThatOfErrorsOfTheCamera) {
   EXPECT_LT((sampled - pose.covariance).norm(), 0.05 * pose.covariance.norm());
 }
 
+/// What the same pose spreads by in places of the map that err as the covariance says.
+TEST(BodyPose, CovarianceOfTheMapsPlaceIsThatOfItsErrors) {
+  Random random(4);
+  MetricFromMap metric;
+  metric.metric_from_map = Sim3(3, RotationExp({0.1, 0.2, 0.3}), {100, -50, 20});
+  metric.origin = GeoPoint{47, 8, 400};
+  Eigen::Matrix<double, 7, 7> root;
+  for (int i = 0; i < 49; ++i) root(i / 7, i % 7) = 1e-3 * random.Gaussian(1);
+  root.diagonal() << 4e-3, 3e-3, 8e-3, 0.02, 0.03, 0.05, 6e-3;
+  metric.covariance = root * root.transpose();
+  const SE3 body_from_cam = Mount("0,-30,10", {0.4, -0.2, 0.1});
+  const SE3 cam_from_map(RotationExp({0.5, -0.4, 0.3}), {5, -7, 2});
+  const auto pose_in = [&](const MetricFromMap& in) {
+    return BodyPoseOf(cam_from_map, Matrix6d::Zero(), in, body_from_cam).local_from_body;
+  };
+  const SE3 pose = pose_in(metric);
+  Matrix6d sampled = Matrix6d::Zero();
+  constexpr int kSamples = 20'000;
+  for (int i = 0; i < kSamples; ++i) {
+    Eigen::Matrix<double, 7, 1> error;
+    for (double& value : error) value = random.Gaussian(1);
+    error = root * error;
+    MetricFromMap erring = metric;
+    const Sim3& place = metric.metric_from_map;
+    erring.metric_from_map =
+        Sim3(place.scale() * std::exp(error[6]), RotationExp(error.head<3>()) * place.rotation(),
+             place.translation() + error.segment<3>(3));
+    const SE3 found = pose_in(erring);
+    Vector6d off;
+    off << found.translation() - pose.translation(),
+        RotationLog(pose.rotation().conjugate() * found.rotation());
+    sampled += off * off.transpose() / kSamples;
+  }
+  const Matrix6d covariance = CovarianceOfMetric(metric, pose);
+  EXPECT_LT((sampled - covariance).norm(), 0.05 * covariance.norm());
+}
+
+TEST(BodyPose, AScaleAloneIsUncertainAboutTheOrigin) {
+  MetricFromMap metric;
+  metric.scale_sigma = 0.1;
+  const Matrix6d covariance = CovarianceOfMetric(metric, SE3(RotationExp({1, 2, 3}), {3, 0, -4}));
+  EXPECT_NEAR(covariance(0, 0), 0.09, 1e-12);
+  EXPECT_NEAR(covariance(0, 2), -0.12, 1e-12);
+  EXPECT_EQ(covariance.bottomRows<3>().norm(), 0);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -63,7 +63,7 @@ Eigen::Vector3d ParseMountOffset(const std::string& text) {
   const auto metres = ThreeNumbers(text);
   if (!metres || metres->cwiseAbs().maxCoeff() > kMostOffset) {
     throw Error(
-        "the camera's place is '{}': expected X,Y,Z in metres forward, right and down of the "
+        "the place is '{}': expected X,Y,Z in metres forward, right and down of the "
         "autopilot, each within {} m",
         text, kMostOffset);
   }

@@ -13,7 +13,8 @@ namespace deepuav {
 /// down). Throws Error for another text.
 Eigen::Quaterniond ParseMount(const std::string& text);
 
-/// X,Y,Z in metres: forward, right, down. Throws Error for what is no such place on a vehicle.
+/// Where camera or antenna is: X,Y,Z in metres: forward, right, down. Throws Error for what is no
+/// such place on a vehicle.
 Eigen::Vector3d ParseMountOffset(const std::string& text);
 
 /// Of a body of x forward, y left, z up, as ROS and the simulator have it.

@@ -26,15 +26,15 @@ Eigen::Matrix3d EulerFromBodyRotation(const Eigen::Vector3d& roll_pitch_yaw) {
   return jacobian;
 }
 
-Matrix6d PoseCovariance(const BodyMotion& motion, double scale_sigma) {
+Matrix6d PoseCovariance(const BodyMotion& motion, const MetricFromMap& metric) {
   Matrix6d jacobian = Matrix6d::Identity();
   jacobian.bottomRightCorner<3, 3>() =
       EulerFromBodyRotation(EulerAngles(motion.local_from_body.rotation()));
-  Matrix6d covariance = jacobian * motion.covariance.topLeftCorner<6, 6>() * jacobian.transpose();
+  const Matrix6d pose =
+      motion.covariance.topLeftCorner<6, 6>() + CovarianceOfMetric(metric, motion.local_from_body);
+  Matrix6d covariance = jacobian * pose * jacobian.transpose();
   // What is undefined says nothing of the position.
-  covariance.topLeftCorner<3, 3>() = motion.covariance.topLeftCorner<3, 3>();
-  const Eigen::Vector3d& position = motion.local_from_body.translation();
-  covariance.topLeftCorner<3, 3>() += Squared(scale_sigma) * position * position.transpose();
+  covariance.topLeftCorner<3, 3>() = pose.topLeftCorner<3, 3>();
   return covariance;
 }
 
@@ -127,10 +127,11 @@ Odometry OdometryEstimator::Describe(const BodyMotion& motion, int64_t time_ns) 
   odometry.reset_counter = reset_counter_;
   const double share = static_cast<double>(landmarks_) / options_.full_quality_landmarks;
   odometry.quality = std::clamp(static_cast<int>(std::lround(100 * share)), 1, 100);
-  const double scale_sigma = world_->metric.scale_sigma;
+  const MetricFromMap& metric = world_->metric;
   if (motion.covariance_is_known) {
-    odometry.pose_covariance = PoseCovariance(motion, scale_sigma);
-    odometry.velocity_covariance = VelocityCovariance(motion, odometry.velocity_body, scale_sigma);
+    odometry.pose_covariance = PoseCovariance(motion, metric);
+    odometry.velocity_covariance =
+        VelocityCovariance(motion, odometry.velocity_body, metric.scale_sigma);
   } else {
     odometry.pose_covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
     odometry.velocity_covariance = odometry.pose_covariance;

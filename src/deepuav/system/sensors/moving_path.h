@@ -20,6 +20,7 @@ class MovingPath {
   /// The map as it is now. Those that it has become part of take over what was in it.
   void Follow(const Map& map);
   void ForgetBefore(Timestamp time);
+  void Clear() { stops_.clear(); }
   /// What of it lies in the map as it was in this revision.
   Trajectory In(MapId map, int64_t revision) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -7,8 +8,8 @@
 #include <set>
 #include <thread>
 #include <utility>
+#include <vector>
 
-#include "deepuav/base/queue.h"
 #include "deepuav/system/sensors/moving_path.h"
 #include "deepuav/system/sensors/running_place.h"
 #include "deepuav/system/watching/run_observer.h"
@@ -32,7 +33,8 @@ class PlaceWatch : public RunObserver {
   /// A fix that comes while the run goes on; one whose time does not grow is left aside.
   /// Thread-safe, as what follows.
   void AddFix(const GnssFix& fix);
-  /// About which places are told from now on, in place of the first fix.
+  /// About which places are told from now on, in place of the first fix. One far from there, or
+  /// hardly another than before, is left aside.
   void UseOrigin(const GeoPoint& origin);
   /// What an inertial sensor says of a map, from this revision of it on until the next.
   void UseMetric(MapId map, int64_t revision, const MetricWorld& world);
@@ -50,6 +52,13 @@ class PlaceWatch : public RunObserver {
     int64_t revision = 0;
     bool operator==(const World&) const = default;
   };
+  /// What is known of the metres of a map, in this revision of it or, where it `lasts`, in those
+  /// after it, too.
+  struct KnownMetric {
+    World world;
+    bool lasts = false;
+    MetricWorld metric;
+  };
   struct Job {
     World world;
     Timestamp time;
@@ -57,23 +66,31 @@ class PlaceWatch : public RunObserver {
   };
 
   void Work();
+  std::unique_ptr<Job> NextJob();
+  void Do(const Job& job);
   void TellRefusal(const Job& job);
   bool IsDue(const World& world, Timestamp time) const;
   bool HasFixNear(Timestamp time) const;
-  void Forget();
-  /// Null where none is due.
-  std::unique_ptr<Job> JobAt(const FrameRecord& record);
-  void Do(const Job& job);
+  void ForgetBefore(Timestamp time);
+  void ForgetOld();
+  GeoPoint Origin();
+  std::optional<MetricWorld> MetricOf(const World& world) const;
+  void Add(GnssFix fix);
+  void PrepareJob(const FrameRecord& record);
 
   const GeoreferenceOptions options_;
+  const double clock_offset_s_;
   const Tell tell_;
-  BoundedQueue<std::unique_ptr<Job>> jobs_{1};
   std::mutex mutex_;  ///< Of what follows, up to the thread's own.
-  std::vector<GnssFix> fixes_;
-  std::optional<GeoPoint> origin_;
+  std::condition_variable changed_;
+  std::unique_ptr<Job> job_;  ///< The newest that is to be done.
+  bool is_over_ = false;
+  std::vector<GnssFix> fixes_;  ///< On the camera's clock.
+  std::optional<GeoPoint> first_fix_, origin_;
+  bool warned_of_origin_ = false;
   MovingPath path_;
   std::set<MapId> known_;  ///< Maps that have a place.
-  std::optional<std::pair<World, MetricWorld>> metric_;
+  std::vector<KnownMetric> metrics_;
   std::optional<std::pair<World, Timestamp>> tried_;  ///< When it was looked for last...
   double wait_s_;                                     ///< ...and for how long it waits then.
   RunningPlace running_;                              ///< Of the thread alone.

@@ -24,6 +24,16 @@ Trajectory Winding(double duration_s) {
   return flight;
 }
 
+/// 4 m/s north, the camera along it and level.
+Trajectory Straight(double duration_s) {
+  Trajectory flight;
+  for (int i = 0; i < kRate_hz * duration_s; ++i) {
+    const double t = i / kRate_hz;
+    flight.push_back({AtSeconds(t), SE3(RotationExp({-M_PI / 2, 0, 0}), {0, 4 * t, 30})});
+  }
+  return flight;
+}
+
 GnssFix FixAt(Timestamp time, const Eigen::Vector3d& position_m) {
   const GeoPoint point = GeoFromLocal(kOrigin, position_m);
   return {time, point.latitude_deg, point.longitude_deg, point.altitude_m,
@@ -41,6 +51,10 @@ class PlaceWatchTest : public testing::Test {
   PlaceWatchTest() {
     options_.gnss.correlation_s = 0;
     receiver_.antenna_cam_m = kAntenna;
+    Watch();
+  }
+
+  void Watch() {
     watch_.emplace(receiver_, options_, [this](MapId map, int64_t revision, const PlacedWorld& w) {
       const std::scoped_lock lock(mutex_);
       told_.push_back({map, revision, w});
@@ -56,13 +70,13 @@ class PlaceWatchTest : public testing::Test {
       if (with_fixes) {
         Eigen::Vector3d at = pose.world_from_cam * kAntenna + spoofed_by;
         for (double& value : at) value += random_.Gaussian(kSigma_m);
-        watch_->AddFix(FixAt(pose.time, at));
+        watch_->AddFix(FixAt(AtSeconds(t + clock_off_s_), at));
       }
       FrameRecord record;
       record.time = pose.time;
       record.map = kMap;
       record.map_revision = revision_;
-      record.cam_from_world = kMapFromLocal.MovePose(pose.world_from_cam.Inverse());
+      record.cam_from_world = map_from_local_.MovePose(pose.world_from_cam.Inverse());
       watch_->OnFrame(record, {});
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
@@ -75,11 +89,13 @@ class PlaceWatchTest : public testing::Test {
   double Error(const Told& told) const {
     const Eigen::Vector3d end = flight_.back().world_from_cam.translation();
     const Eigen::Vector3d found = LocalFromLocal(kOrigin, told.world.origin) *
-                                  (told.world.local_from_world * (kMapFromLocal * end));
+                                  (told.world.local_from_world * (map_from_local_ * end));
     return (found - end).norm();
   }
 
-  const Trajectory flight_ = Winding(120);
+  Trajectory flight_ = Winding(120);
+  Sim3 map_from_local_ = kMapFromLocal;
+  double clock_off_s_ = 0;
   Random random_{7};
   GnssStream receiver_;
   SensorUseOptions options_;
@@ -119,6 +135,51 @@ TEST_F(PlaceWatchTest, IsToldAboutTheOriginThatIsAskedFor) {
   EXPECT_EQ(told.back().world.origin.latitude_deg, origin.latitude_deg);
   EXPECT_EQ(told.back().world.origin.altitude_m, origin.altitude_m);
   EXPECT_LT(Error(told.back()), 0.5);
+}
+
+TEST_F(PlaceWatchTest, AFarOriginIsLeftAside) {
+  watch_->UseOrigin({0, 0, 0});
+  Fly(0, 60, true);
+  const auto told = End();
+  ASSERT_FALSE(told.empty());
+  EXPECT_NEAR(told.back().world.origin.latitude_deg, kOrigin.latitude_deg, 0.01);
+}
+
+TEST_F(PlaceWatchTest, ACorrectionThatContradictsNothingIsNoNews) {
+  Fly(0, 40, true);
+  ++revision_;
+  Fly(40, 60, false);
+  for (const Told& one : End()) EXPECT_EQ(one.revision, 3);
+}
+
+TEST_F(PlaceWatchTest, AClockThatIsSaidToBeOffIsReckonedWith) {
+  options_.gnss_clock_offset_s = 7200;
+  clock_off_s_ = -7200;
+  Watch();
+  Fly(0, 60, true);
+  const auto told = End();
+  ASSERT_FALSE(told.empty());
+  EXPECT_LT(Error(told.back()), 0.5);
+}
+
+TEST_F(PlaceWatchTest, WhatIsKnownOfMetresCountsInItsRevisionAlone) {
+  flight_ = Straight(20);
+  const MetricWorld metric{kMapFromLocal.Inverse(), 0.01, 0.005};
+  watch_->UseMetric(kMap, revision_ + 1, metric);
+  Fly(0, 20, true);
+  EXPECT_TRUE(End().empty()) << "of another revision";
+  Watch();
+  watch_->UseMetric(kMap, revision_, metric);
+  Fly(0, 20, true);
+  EXPECT_FALSE(End().empty());
+}
+
+TEST_F(PlaceWatchTest, AMapThatIsMetricSaysSoUntilItsEnd) {
+  flight_ = Straight(20);
+  map_from_local_ = Sim3(1, RotationExp({0, 0, 1}), {5, 6, 7});
+  watch_->OnGauge(kMap, 0, {GaugeKind::kMetric, {}, 0.01});
+  Fly(0, 20, true);
+  EXPECT_FALSE(End().empty());
 }
 
 TEST_F(PlaceWatchTest, SaysNothingOfMapsThatHaveAPlace) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "deepuav/sensors/geodesy.h"
 #include "deepuav/system/sensors/known_place.h"
 
 namespace deepuav {
@@ -68,10 +69,21 @@ std::optional<PlacedWorld> RunningPlace::Find(const Evidence& evidence) {
   const std::vector<LocalFix> fixes = LocalFixes(evidence.fixes, evidence.origin, noise_);
   const GeoreferenceAttempt attempt = Attempt(evidence, fixes);
   refusal_ = attempt.reason;
-  if (!attempt.found || !IsNews(*attempt.found, evidence.camera_world)) return std::nullopt;
-  told_ = attempt.found;
-  return PlacedWorld{told_->local_from_world, evidence.origin, told_->scale_sigma(),
-                     HorizontalSigma(*told_, evidence.camera_world), told_->used()};
+  const bool origin_moves = told_ && origin_ != evidence.origin;
+  if (origin_moves) {
+    told_->local_from_world =
+        Sim3(LocalFromLocal(evidence.origin, origin_)) * told_->local_from_world;
+  }
+  origin_ = evidence.origin;
+  const bool is_news = attempt.found && IsNews(*attempt.found, evidence.camera_world);
+  if (is_news) told_ = attempt.found;
+  if (!is_news && !origin_moves) return std::nullopt;
+  return Told(evidence.camera_world);
+}
+
+PlacedWorld RunningPlace::Told(const Eigen::Vector3d& camera_world) const {
+  return {told_->local_from_world, origin_, told_->covariance.topLeftCorner<7, 7>(),
+          HorizontalSigma(*told_, camera_world), told_->used()};
 }
 
 bool RunningPlace::IsNews(const Georeference& found, const Eigen::Vector3d& camera_world) const {
