@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""`deepuav live --mavlink-gnss`: a camera on the network and an autopilot, made with pymavlink, play a real flight together: its
-images, and fixes as GPS_RAW_INT, which end half-way. No map is given, nor inertial samples.
+"""`deepuav live --mavlink-gnss`: a camera on the network and an autopilot, made with pymavlink, play a real flight together:
+its images, and fixes as GPS_RAW_INT, which end half-way. No map is given, nor inertial samples.
 
   autopilot_gnss_test.py DEEPUAV      (pymavlink in PYTHONPATH)
 
@@ -71,8 +71,7 @@ class FlyingAutopilot(autopilot_test.Autopilot):
             if t < latest + FIX_EVERY_S or self.over:
                 continue
             latest = t
-            latitude, longitude, altitude = ORIGIN
-            self.tell(common.MAVLink_gps_global_origin_message(int(1e7 * latitude), int(1e7 * longitude), int(1e3 * altitude), 0))
+            self.tell(common.MAVLink_gps_global_origin_message(*(int(a * b) for a, b in zip(ORIGIN, (1e7, 1e7, 1e3))), 0))
             if (wait := self.began + t + LATE_S - time.monotonic()) > 0:
                 time.sleep(wait)
             measured = tuple(a + b + noise.gauss(0, SIGMA_M) for a, b in zip(at, FIRST_AT_M))

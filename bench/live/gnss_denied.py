@@ -3,11 +3,12 @@
 
   gnss_denied.py DEEPUAV [--flights NAME ...] [--first-seed N] [--seeds N] [--share 0.5] [--no-imu] [--set name=value ...]
 
-Each flight is rendered at 10 images a second (flights.py) and played at its own pace by `deepuav live --mavlink`, with its inertial
-samples, and its fixes up to a share of its length. What comes as ODOMETRY, from the origin that is told, is compared with the truth
-without any alignment but one of clocks, which is found on the part with fixes. Metres: rms horizontally / vertically; with fixes,
-from when a place was told; without, the rest of the flight; at the flight's end. The mean of the fixes is off by what no place by
-them can do without: most of their error stays the same for a minute.
+Each flight is rendered at 10 images a second (flights.py) and played at its own pace by `deepuav live --mavlink`, with its
+inertial samples, and its fixes up to a share of its length. What comes as ODOMETRY, from the origin that is told, is compared
+with the truth without any alignment but one of clocks, which is found on the part with fixes. Metres, horizontally / vertically:
+how far the mean of the fixes is off, which no place by them can do without, as most of their error stays the same for a minute;
+rms with fixes, from when a place was told; without, the rest of the flight; at the flight's end; how often the place was told
+anew or a loop moved it.
 """
 import argparse
 import csv
@@ -86,8 +87,8 @@ def with_fixes_until(dataset, folder, seconds, begin_ns, imu):
 def listen(arguments, dataset, out):
     """What is told of the flight: (seconds of the autopilot, message), the origin, texts."""
     autopilot = autopilot_test.Autopilot()
-    command = [arguments.deepuav, "live", dataset, "--clock", "stream", "--out", out, "--save-every", "0", "--mavlink", autopilot.address,
-               "--mount", "dataset", "--log-level", "info"]
+    command = [arguments.deepuav, "live", dataset, "--clock", "stream", "--out", out, "--save-every", "0", "--mavlink",
+               autopilot.address, "--mount", "dataset", "--log-level", "info"]
     for assignment in arguments.set:
         command += ["--set", assignment]
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -100,7 +101,8 @@ def listen(arguments, dataset, out):
     origin = (origins[-1].latitude / 1e7, origins[-1].longitude / 1e7, origins[-1].altitude / 1e3) if origins else None
     # Before a place was told positions are of the metric map alone.
     since = [arrived for arrived, _, _ in autopilot.of("SET_GPS_GLOBAL_ORIGIN")][:1]
-    placed = [(1e-6 * message.time_usec, message) for arrived, _, message in autopilot.of("ODOMETRY") if since and arrived >= since[0]]
+    placed = [(1e-6 * message.time_usec, message) for arrived, _, message in autopilot.of("ODOMETRY")
+              if since and arrived >= since[0]]
     return odometry, placed, origin, told
 
 
