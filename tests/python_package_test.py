@@ -42,9 +42,8 @@ matches = deepuav.match(images[0], images[1])
 assert len(matches.score) > 20 and abs(np.median(matches.b - matches.a, axis=0)[1]) < 5
 """
 
-# Images of an array, a watcher, and what is refused.
-PUSHED = """
-import struct, zlib, pathlib, numpy as np, deepuav
+PIXELS = """
+import struct, zlib, numpy as np
 def pixels(file):  # a grey PNG as layered_scene draws it
     data, at, packed = file.read_bytes(), 8, b""
     while at < len(data):
@@ -52,6 +51,11 @@ def pixels(file):  # a grey PNG as layered_scene draws it
         if kind == b"IDAT": packed += data[at + 8:at + 8 + length]
         at += 12 + length
     return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(240, 321)[:, 1:].copy()
+"""
+
+# Images of an array, a watcher, and what is refused.
+PUSHED = PIXELS + """
+import pathlib, deepuav
 told = []
 assert np.allclose(deepuav.ImuSensor(np.eye(4)).camera_from_imu, np.eye(4))
 camera = deepuav.Camera.load(pathlib.Path("scene/mav0/cam0/sensor.yaml"))
@@ -67,6 +71,31 @@ for wrong in (lambda: deepuav.run("absent"), lambda: deepuav.options(features__k
     except deepuav.Error as error: assert str(error)
     else: raise AssertionError(wrong)
 kept = deepuav.Slam(camera, on_map=lambda event: kept)  # given up, in a circle
+"""
+
+
+# With fixes of a camera that looks north, from when on it knows its place on Earth.
+PLACED = PIXELS + """
+import math, pathlib, deepuav, layered_scene
+told, origin = [], (47.0, 8.0, 400.0)
+degree = math.radians(6378137.0)
+camera = deepuav.Camera.load(pathlib.Path("weaving/mav0/cam0/sensor.yaml"))
+slam = deepuav.Slam(camera, deepuav.options(features__size="small"), on_frame=told.append)
+for index, file in enumerate(sorted(pathlib.Path("weaving/mav0/cam0/data").iterdir())):
+    right, down = layered_scene.weaving(index)
+    slam.feed_fix(int(file.stem), origin[0], origin[1] + right / degree / math.cos(math.radians(origin[0])), origin[2] - down,
+                  (0.001, 0.001, 0.001))
+    slam.feed(pixels(file), int(file.stem))
+slam.finish()
+placed = [frame for frame in told if frame["metric"]]
+assert len(placed) > 5, [frame["state"] for frame in told]
+first = layered_scene.weaving(0)
+for frame in placed:
+    metric, (right, down) = frame["metric"], layered_scene.weaving(frame["id"])
+    assert np.allclose(metric["origin"], (origin[0], origin[1], origin[2] - first[1]), atol=1e-9)
+    assert metric["scale_sigma"] < 0.05
+    off = metric["metric_from_camera"][:3, 3] - (right - first[0], 0, first[1] - down)
+    assert np.abs(off).max() < 0.05, (frame["id"], off)
 """
 
 
@@ -220,6 +249,11 @@ class PackageTest(unittest.TestCase):
                               text=True)
         self.assertEqual((done.returncode, done.stderr), (0, ""))  # no word of what was leaked
         self.assert_same("pushed")
+
+    def test_fixes_place_a_run_while_it_goes_on(self):
+        layered_scene.euroc(self.scratch / "weaving", FRAMES, path=layered_scene.weaving)
+        run(self.bin / "python", "-B", "-c", PLACED, cwd=self.scratch, timeout=TIMEOUT_S,
+            env={**self.environment, "PYTHONPATH": str(Path(layered_scene.__file__).parent)})
 
     def test_several_threads_may_match(self):
         self.call(self.bin / "python", "-c", THREADS)

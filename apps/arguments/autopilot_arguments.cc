@@ -53,29 +53,14 @@ GnssStream ReceiverOf(const AutopilotArguments& arguments, const SE3& body_from_
   return receiver;
 }
 
-std::unique_ptr<PlaceWatch> WatchPlace(std::optional<GnssStream> gnss,
-                                       const SensorUseOptions& options,
+/// Null where no sensor says more of the map.
+std::unique_ptr<WorldWatch> WatchWorld(SensorsOnTheWay sensors, const SensorUseOptions& options,
                                        AutopilotObserver* observer) {
-  if (!gnss) return nullptr;
-  return std::make_unique<PlaceWatch>(
-      std::move(*gnss), options, [observer](MapId map, int64_t revision, const PlacedWorld& world) {
-        observer->UseMetric(map, revision,
-                            MetricFromMap{world.local_from_world, world.scale_sigma(), world.origin,
-                                          world.covariance});
-      });
-}
-
-/// `place` may be null.
-std::unique_ptr<MetricWatch> WatchMetric(std::optional<ImuStream> imu,
-                                         const InertialOptions& options,
-                                         AutopilotObserver* observer, PlaceWatch* place) {
-  if (!imu) return nullptr;
-  return std::make_unique<MetricWatch>(
-      std::move(*imu), options,
-      [observer, place](MapId map, int64_t revision, const MetricWorld& world) {
-        if (place) place->UseMetric(map, revision, world);
-        observer->UseMetric(map, revision,
-                            MetricFromMap{world.metric_from_world, world.scale_sigma, {}});
+  if (!sensors.imu && !sensors.gnss) return nullptr;
+  return std::make_unique<WorldWatch>(
+      std::move(sensors.imu), std::move(sensors.gnss), options,
+      [observer](MapId map, int64_t revision, const MetricFromMap& metric) {
+        observer->UseMetric(map, revision, metric);
       });
 }
 
@@ -136,9 +121,7 @@ AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3&
                                  LiveRun* live)
     : live_(live),
       observer_(EstimatorFor(body_from_cam)),
-      place_watch_(WatchPlace(std::move(sensors.gnss), options, &observer_)),
-      metric_watch_(
-          WatchMetric(std::move(sensors.imu), options.imu, &observer_, place_watch_.get())),
+      watch_(WatchWorld(std::move(sensors), options, &observer_)),
       link_(
           ParseLinkAddress(arguments.address), arguments.options,
           [this](int64_t now_ns) { return observer_.At(now_ns); }, Ears()) {}
@@ -146,7 +129,7 @@ AutopilotTeller::AutopilotTeller(const AutopilotArguments& arguments, const SE3&
 AutopilotListener AutopilotTeller::Ears() {
   return {.inertial = [this](const ImuSample& sample) { Take(sample); },
           .fix = [this](const GnssFix& fix) { Take(fix); },
-          .origin = [this](const GeoPoint& origin) { place_watch_->UseOrigin(origin); }};
+          .origin = [this](const GeoPoint& origin) { watch_->UseOrigin(origin); }};
 }
 
 void AutopilotTeller::Take(const ImuSample& sample) {
@@ -154,14 +137,14 @@ void AutopilotTeller::Take(const ImuSample& sample) {
   const std::optional<ImuSample> among_images = observer_.AmongImages(sample);
   if (!among_images) return;
   live_->FeedImu(*among_images);
-  metric_watch_->AddSample(*among_images);
+  watch_->AddSample(*among_images);
 }
 
 void AutopilotTeller::Take(const GnssFix& fix) {
   const std::optional<GnssFix> among_images = observer_.FixAmongImages(fix);
   if (!among_images) return;
   live_->FeedFix(*among_images);
-  place_watch_->AddFix(*among_images);
+  watch_->AddFix(*among_images);
 }
 
 std::unique_ptr<AutopilotTeller> StartAutopilot(const AutopilotArguments& arguments,

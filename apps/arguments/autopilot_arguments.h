@@ -8,8 +8,7 @@
 #include "deepuav/assembly/live/live_run.h"
 #include "deepuav/autopilot/autopilot_link.h"
 #include "deepuav/autopilot/autopilot_observer.h"
-#include "deepuav/system/sensors/metric_watch.h"
-#include "deepuav/system/sensors/place_watch.h"
+#include "deepuav/system/sensors/world_watch.h"
 
 namespace deepuav {
 
@@ -38,10 +37,8 @@ class AutopilotTeller {
                   SensorsOnTheWay sensors, const SensorUseOptions& options, LiveRun* live);
 
   AutopilotObserver* observer() { return &observer_; }
-  /// Null where no sensor gives the map metres.
-  MetricWatch* metric_watch() { return metric_watch_.get(); }
-  /// Null where none gives it a place.
-  PlaceWatch* place_watch() { return place_watch_.get(); }
+  /// Null where no sensor says more of the map.
+  WorldWatch* watch() { return watch_.get(); }
 
  private:
   AutopilotListener Ears();
@@ -50,9 +47,8 @@ class AutopilotTeller {
 
   LiveRun* const live_;
   AutopilotObserver observer_;
-  std::unique_ptr<PlaceWatch> place_watch_;
-  std::unique_ptr<MetricWatch> metric_watch_;  ///< Its thread uses the place's watch.
-  AutopilotLink link_;                         ///< Its thread uses the others.
+  std::unique_ptr<WorldWatch> watch_;
+  AutopilotLink link_;  ///< Its thread uses the others.
 };
 
 /// Null where no autopilot was named. `live` must outlive it, and was not run before. Throws

@@ -111,8 +111,7 @@ void Run(const LiveArguments& arguments) {
     hooks.arrived = [observer](Timestamp time, const Stopwatch& since_arrival) {
       observer->Arrived(time, since_arrival);
     };
-    if (autopilot->metric_watch()) observers.Add(autopilot->metric_watch());
-    if (autopilot->place_watch()) observers.Add(autopilot->place_watch());
+    if (autopilot->watch()) observers.Add(autopilot->watch());
   }
 #endif
 #if DEEPUAV_WITH_REPORT

@@ -5,10 +5,10 @@
 
 Each flight is rendered at 10 images a second (flights.py) and played at its own pace by `deepuav live --mavlink`, with its
 inertial samples, and its fixes up to a share of its length. What comes as ODOMETRY, from the origin that is told, is compared
-with the truth without any alignment but one of clocks, which is found on the part with fixes. Metres, horizontally / vertically:
-how far the mean of the fixes is off, which no place by them can do without, as most of their error stays the same for a minute;
-rms with fixes, from when a place was told; without, the rest of the flight; at the flight's end; how often the place was told
-anew or a loop moved it.
+with the truth without any alignment but one of clocks, which is found on the part with fixes. Metres, horizontally /
+vertically: how far the mean of the fixes is off, which no place by them can do without, as most of their error stays the same
+for a minute; rms with fixes, from when a place was told; without, the rest of the flight, and what `pose_covariance` states
+there, horizontally; at the flight's end; how often the place was told anew or a loop moved it.
 """
 import argparse
 import csv
@@ -107,7 +107,7 @@ def listen(arguments, dataset, out):
 
 
 def errors(placed, origin, truth, clock_s):
-    """(seconds, horizontally, up) by message."""
+    """(seconds, horizontally, up, horizontally as stated) by message."""
     shift = local(truth.origin, origin)
     found = []
     for t, message in placed:
@@ -115,7 +115,8 @@ def errors(placed, origin, truth, clock_s):
         if at is None:
             continue
         east, north, up = message.y + shift[0], message.x + shift[1], -message.z + shift[2]
-        found.append((t - clock_s, math.hypot(east - at[0], north - at[1]), up - at[2]))
+        stated = math.sqrt(message.pose_covariance[0] + message.pose_covariance[6])
+        found.append((t - clock_s, math.hypot(east - at[0], north - at[1]), up - at[2], stated))
     return found
 
 
@@ -125,7 +126,7 @@ def clock_of(placed, origin, truth, end_s, about_s):
     best = None
     for i in range(-steps, steps + 1):
         clock_s = about_s + i * CLOCK_STEP_S
-        known = [horizontal for t, horizontal, _ in errors(placed[::4], origin, truth, clock_s) if t <= end_s]
+        known = [horizontal for t, horizontal, *_ in errors(placed[::4], origin, truth, clock_s) if t <= end_s]
         if known and (best is None or statistics.median(known) < best[0]):
             best = statistics.median(known), clock_s
     return best[1] if best else None
@@ -136,7 +137,7 @@ def rms(values):
 
 
 def pair(part):
-    return f"{rms([h for _, h, _ in part]):.2f} / {rms([u for _, _, u in part]):.2f}" if part else "-"
+    return f"{rms([one[1] for one in part]):.2f} / {rms([one[2] for one in part]):.2f}" if part else "-"
 
 
 def mean_error_of_fixes(dataset, truth, end_s):
@@ -162,15 +163,16 @@ def fly(name, seed, arguments):
         print(f"  {line}", file=sys.stderr)
     head = f"| `{name}`, {seed} | {truth.length_s:.0f} s | {mean_error_of_fixes(dataset, truth, end_s)} |"
     if not placed:
-        return f"{head} no place | | | | |"
+        return f"{head} no place | | | | | |"
     # The last odometry is of about the last image.
     clock_s = clock_of(placed, origin, truth, end_s, odometry[-1][0] - truth.length_s)
     if clock_s is None:
-        return f"{head} after the fixes | | | | |"
+        return f"{head} after the fixes | | | | | |"
     found = errors(placed, origin, truth, clock_s)
     known, denied = [e for e in found if e[0] <= end_s], [e for e in found if e[0] > end_s]
     changes = sum(a.reset_counter != b.reset_counter for (_, a), (_, b) in zip(placed, placed[1:]))
-    return f"{head} {found[0][0]:.0f} s | {pair(known)} | {pair(denied)} | {pair(denied[-1:])} | {changes} |"
+    stated = f"{rms([one[3] for one in denied]):.2f}" if denied else "-"
+    return f"{head} {found[0][0]:.0f} s | {pair(known)} | {pair(denied)} | {stated} | {pair(denied[-1:])} | {changes} |"
 
 
 def main():
@@ -185,8 +187,9 @@ def main():
     parser.add_argument("--cache", type=Path, default=ROOT / ".cache/flights")
     arguments = parser.parse_args()
     arguments.rate, arguments.frames = RATE_HZ, -1
-    print("| flight, seed | length | mean of the fixes | place told after | with fixes | without | at the end | changes |")
-    print("|---|---|---|---|---|---|---|---|")
+    titles = ["flight, seed", "length", "mean of the fixes", "place told after", "with fixes", "without", "stated",
+              "at the end", "changes"]
+    print(f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|")
     for name in arguments.flights:
         for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
             print(fly(name, seed, arguments), flush=True)

@@ -24,6 +24,18 @@ std::string NameOf(api::MapChange change) {
   return "";
 }
 
+nb::dict MetricOf(const api::MetricPose& pose) {
+  nb::dict metric;
+  metric["metric_from_camera"] = PoseMatrix(pose.metric_from_camera);
+  metric["scale_sigma"] = pose.scale_sigma;
+  metric["origin"] =
+      pose.gauge != api::GaugeKind::kGeoreferenced
+          ? nb::object(nb::none())
+          : nb::object(nb::make_tuple(pose.origin_latitude_deg, pose.origin_longitude_deg,
+                                      pose.origin_altitude_m));
+  return metric;
+}
+
 }  // namespace
 
 std::string NameOf(api::FrameState state) {
@@ -95,6 +107,7 @@ void Callbacks::OnFrame(const api::FrameEvent& event) {
     told["landmarks"] = frame.landmarks;
     told["world_from_camera"] =
         frame.map < 0 ? nb::object(nb::none()) : nb::cast(PoseMatrix(frame.world_from_camera));
+    told["metric"] = event.metric ? nb::object(MetricOf(*event.metric)) : nb::object(nb::none());
   });
 }
 

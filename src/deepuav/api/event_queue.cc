@@ -26,7 +26,43 @@ EventQueue::~EventQueue() {
 }
 
 void EventQueue::OnFrame(const FrameRecord& record, const core::Frame& /*frame*/) {
-  Push(FrameEvent{FrameOf(record)});
+  Push(FrameEvent{FrameOf(record), MetricOf(record)});
+}
+
+std::optional<MetricPose> EventQueue::MetricOf(const FrameRecord& record) {
+  if (!record.located()) return std::nullopt;
+  std::optional<MetricFromMap> metric;
+  {
+    const std::scoped_lock lock(worlds_mutex_);
+    metric = worlds_.In(record.map, record.map_revision);
+  }
+  if (!metric) return std::nullopt;
+  const SE3 cam_from_metric = metric->metric_from_map.MovePose(record.cam_from_world);
+  const GeoPoint origin = metric->origin.value_or(GeoPoint{});
+  return MetricPose{metric->origin ? GaugeKind::kGeoreferenced : GaugeKind::kMetric,
+                    ToApi(cam_from_metric.Inverse()),
+                    metric->scale_sigma,
+                    origin.latitude_deg,
+                    origin.longitude_deg,
+                    origin.altitude_m};
+}
+
+void EventQueue::UseMetric(MapId map, int64_t revision, const MetricFromMap& metric) {
+  const std::scoped_lock lock(worlds_mutex_);
+  worlds_.Use(map, revision, metric);
+}
+
+void EventQueue::OnGauge(MapId map, int64_t revision, const Gauge& gauge) {
+  const std::scoped_lock lock(worlds_mutex_);
+  worlds_.OnGauge(map, revision, gauge);
+}
+
+void EventQueue::OnRestart() {
+  {
+    const std::scoped_lock lock(worlds_mutex_);
+    worlds_ = {};
+  }
+  Push(Restart{});
 }
 
 void EventQueue::OnKeyframe(core::KeyframeEvent event) {
@@ -44,6 +80,10 @@ void EventQueue::OnKeyframe(core::KeyframeEvent event) {
 }
 
 void EventQueue::OnMap(const core::MapEvent& event) {
+  {
+    const std::scoped_lock lock(worlds_mutex_);
+    worlds_.OnMap(event);
+  }
   Push(MapEvent{static_cast<MapChange>(event.change), static_cast<int>(event.map.value),
                 static_cast<int>(event.into.value)});
 }

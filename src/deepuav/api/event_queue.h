@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <variant>
 
 #include "deepuav/api/observer.h"
+#include "deepuav/system/sensors/known_worlds.h"
 #include "deepuav/system/watching/run_observer.h"
 
 namespace deepuav::api {
@@ -30,7 +32,10 @@ class EventQueue : public ::deepuav::RunObserver {
   void OnFrame(const FrameRecord& record, const ::deepuav::Frame& frame) override;
   void OnKeyframe(::deepuav::KeyframeEvent event) override;
   void OnMap(const ::deepuav::MapEvent& event) override;
-  void OnRestart() override { Push(Restart{}); }
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override;
+  void OnRestart() override;
+  /// As KnownWorlds::Use: frames are told in metres from then on.
+  void UseMetric(MapId map, int64_t revision, const MetricFromMap& metric);
 
  private:
   struct Restart {};
@@ -43,6 +48,7 @@ class EventQueue : public ::deepuav::RunObserver {
   static bool IsPose(const Event& event);
   static bool IsChange(const Event& event) { return std::holds_alternative<MapEvent>(event); }
 
+  std::optional<MetricPose> MetricOf(const FrameRecord& record);
   void Push(Event event);
   void DropBeyond(size_t most, bool (*is_of_kind)(const Event&));
   void Deliver();
@@ -54,6 +60,8 @@ class EventQueue : public ::deepuav::RunObserver {
   std::condition_variable filled_;
   std::deque<Waiting> events_;
   bool closed_ = false;
+  std::mutex worlds_mutex_;
+  KnownWorlds worlds_;
   bool is_broken_ = false;  ///< The observer threw. Of the thread alone.
   std::thread thread_;
 };

@@ -24,6 +24,7 @@ class Recorder : public Observer {
  public:
   void OnFrame(const FrameEvent& event) override {
     frames.push_back(event.frame);
+    metrics.push_back(event.metric);
     entered.release();
     if (block) released.wait();
     if (throws) throw std::runtime_error("no");
@@ -39,6 +40,7 @@ class Recorder : public Observer {
   void OnDropped(std::int64_t count) override { dropped += count; }
 
   std::vector<Frame> frames;
+  std::vector<std::optional<MetricPose>> metrics;
   std::vector<MapEvent> maps;
   std::vector<std::int64_t> dropped_before_map;
   std::int64_t dropped = 0;
@@ -55,6 +57,34 @@ std::vector<std::int64_t> Ids(const Recorder& recorder) {
 }
 
 constexpr size_t kPlenty = 256;
+
+TEST(EventQueue, TellsFramesInMetresOnceTheyAreKnown) {
+  Recorder recorder;
+  {
+    EventQueue queue(&recorder, kPlenty);
+    queue.OnFrame(RecordOf(1), {});
+    queue.UseMetric(MapId{3}, 0, {Sim3(2, Eigen::Quaterniond::Identity(), {0, 0, 5}), 0.01, {}});
+    queue.OnFrame(RecordOf(2), {});
+    queue.UseMetric(MapId{3}, 0, {Sim3(), 0.02, GeoPoint{47, 8, 400}});
+    queue.OnFrame(RecordOf(3), {});
+    FrameRecord lost = RecordOf(4);
+    lost.map = {};
+    queue.OnFrame(lost, {});
+    queue.OnRestart();
+    queue.OnFrame(RecordOf(1), {});
+  }
+  ASSERT_EQ(recorder.metrics.size(), 5u);
+  EXPECT_FALSE(recorder.metrics[0] || recorder.metrics[3] || recorder.metrics[4]);
+  const MetricPose& metres = recorder.metrics[1].value();
+  EXPECT_EQ(metres.gauge, GaugeKind::kMetric);
+  EXPECT_DOUBLE_EQ(metres.metric_from_camera.translation.x, -2);
+  EXPECT_DOUBLE_EQ(metres.metric_from_camera.translation.z, -1);
+  EXPECT_DOUBLE_EQ(metres.scale_sigma, 0.01);
+  const MetricPose& place = recorder.metrics[2].value();
+  EXPECT_EQ(place.gauge, GaugeKind::kGeoreferenced);
+  EXPECT_DOUBLE_EQ(place.metric_from_camera.translation.x, -1);
+  EXPECT_DOUBLE_EQ(place.origin_altitude_m, 400);
+}
 
 TEST(EventQueue, TellsAllInOrderBeforeItEnds) {
   Recorder recorder;

@@ -1,16 +1,29 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "deepuav/api/types.h"
 
 namespace deepuav::api {
 
+/// A pose in metres, as far as is known while the run goes on.
+struct MetricPose {
+  GaugeKind gauge = GaugeKind::kMetric;  ///< Never free.
+  /// Metres, z up; where the map is georeferenced, east, north and up of the origin.
+  Pose metric_from_camera;
+  double scale_sigma = 0;  ///< Standard deviation of the scale, as a share of it.
+  double origin_latitude_deg = 0, origin_longitude_deg = 0, origin_altitude_m = 0;
+};
+
 /// An image's pose when its turn came, in the world of its map as it was then: later corrections
 /// move both.
 struct FrameEvent {
   Frame frame;
+  /// As soon as the samples and fixes that are fed to a Slam tell metres or a place on Earth, or
+  /// where its map had them before; both may be told anew, and better.
+  std::optional<MetricPose> metric = {};
 };
 
 /// A keyframe that went into a map, and the points that were made with it.

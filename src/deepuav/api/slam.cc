@@ -12,6 +12,8 @@
 #include "deepuav/io/datasets/euroc_sensor.h"
 #include "deepuav/io/files/folder_lock.h"
 #include "deepuav/io/geodata/sensor_files.h"
+#include "deepuav/system/sensors/world_watch.h"
+#include "deepuav/system/watching/observer_list.h"
 
 namespace deepuav::api {
 namespace {
@@ -43,6 +45,17 @@ std::unique_ptr<EventQueue> QueueFor(Observer* observer, size_t burst = 0) {
   return observer ? std::make_unique<EventQueue>(observer, kWaiting + burst) : nullptr;
 }
 
+/// Of the sensors that are fed.
+std::unique_ptr<WorldWatch> WatchFor(EventQueue* events, const PushRequest& request,
+                                     const SensorUseOptions& options) {
+  if (!events) return nullptr;
+  return std::make_unique<WorldWatch>(
+      request.imu, request.gnss, options,
+      [events](MapId map, int64_t revision, const MetricFromMap& metric) {
+        events->UseMetric(map, revision, metric);
+      });
+}
+
 std::vector<Frame> FramesOf(const FinishedRun& run) {
   const auto numbers = NumbersInFile(run.atlas);
   std::vector<Frame> frames;
@@ -62,10 +75,23 @@ struct Result::Data {
 
 struct Slam::Data {
   Data(const Camera& camera, const Options& options, const RunSetup& setup)
-      : events(QueueFor(setup.observer)),
-        run(RequestOf(camera, setup), Access::Settings(options), {events.get(), {}, {}, {}}) {}
+      : Data(RequestOf(camera, setup), Access::Settings(options), QueueFor(setup.observer)) {}
+  Data(const PushRequest& request, std::unique_ptr<RunSettings> settings,
+       std::unique_ptr<EventQueue> queue)
+      : events(std::move(queue)),
+        watch(WatchFor(events.get(), request, settings->options.system.sensors)),
+        run(request, std::move(settings), {Observe(), {}, {}, {}}) {}
 
-  std::unique_ptr<EventQueue> events;
+  RunObserver* Observe() {
+    if (!events) return nullptr;
+    observers.Add(events.get());
+    observers.Add(watch.get());
+    return &observers;
+  }
+
+  std::unique_ptr<EventQueue> events;  ///< Null where nobody looks on...
+  std::unique_ptr<WorldWatch> watch;   ///< ...as this. Tells the other.
+  ObserverList observers;
   PushedRun run;
 };
 
@@ -141,16 +167,20 @@ void Slam::Feed(const ImageView& image, std::int64_t time_ns) {
 
 void Slam::FeedImu(const ImuSample& sample) {
   Guarded([&] {
-    data_->run.FeedImu({{sample.time_ns},
-                        ToCore(sample.angular_velocity_rad_s),
-                        ToCore(sample.specific_force_m_s2)});
+    const core::ImuSample of_core{{sample.time_ns},
+                                  ToCore(sample.angular_velocity_rad_s),
+                                  ToCore(sample.specific_force_m_s2)};
+    data_->run.FeedImu(of_core);
+    if (data_->watch) data_->watch->AddSample(of_core);
   });
 }
 
 void Slam::FeedFix(const GnssFix& fix) {
   Guarded([&] {
-    data_->run.FeedFix(
-        {{fix.time_ns}, fix.latitude_deg, fix.longitude_deg, fix.altitude_m, ToCore(fix.sigma_m)});
+    const core::GnssFix of_core{
+        {fix.time_ns}, fix.latitude_deg, fix.longitude_deg, fix.altitude_m, ToCore(fix.sigma_m)};
+    data_->run.FeedFix(of_core);
+    if (data_->watch) data_->watch->AddFix(of_core);
   });
 }
 
@@ -162,6 +192,7 @@ Result Slam::Finish() {
   return Guarded([&] {
     auto data = std::make_unique<Result::Data>();
     data->run = data_->run.Finish();
+    data_->watch.reset();
     data_->events.reset();
     return Result(std::move(data));
   });

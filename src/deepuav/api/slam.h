@@ -99,7 +99,8 @@ class DEEPUAV_API Slam {
   void Feed(const ImageView& image, std::int64_t time_ns);
 
   /// Samples of other sensors, each by growing time. They give the maps scale, level and place at
-  /// the end of the run, so they may come at any time before Finish. One use of inertial samples is
+  /// the end of the run, so they may come at any time before Finish; an observer is told of metres
+  /// (FrameEvent::metric) by those that come with the images. One use of inertial samples is
   /// earlier: where the camera has a readout, an image waits for those up to the end of its
   /// readout. If none come, it goes without them once the queue is full and another image waits
   /// to be fed (live: once it was overtaken). So a run is the same to the byte as one that knew all

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <deque>
 #include <mutex>
 
 #include "deepuav/autopilot/gentle_offset.h"
 #include "deepuav/autopilot/odometry_estimator.h"
 #include "deepuav/autopilot/steady_image_clock.h"
 #include "deepuav/sensors/samples.h"
+#include "deepuav/system/sensors/known_worlds.h"
 #include "deepuav/system/watching/run_observer.h"
 
 namespace deepuav {
@@ -18,9 +18,7 @@ class AutopilotObserver : public RunObserver {
 
   /// An image came, so long ago; before it is told of as a frame.
   void Arrived(Timestamp time, const Stopwatch& since_arrival);
-  /// From this revision of the map on; nothing: it has no scale. Where the map had metres before,
-  /// it keeps its heading and the point that is the origin: who finds them knows scale and level. A
-  /// place on Earth is not given up for metres alone.
+  /// As KnownWorlds::Use.
   void UseMetric(MapId map, int64_t revision, const std::optional<MetricFromMap>& metric);
   OdometryEstimator::Answer At(int64_t time_ns);
   /// Of the body's sensor, on the machine's clock: to predict by.
@@ -32,26 +30,11 @@ class AutopilotObserver : public RunObserver {
 
   void OnFrame(const FrameRecord& record, const Frame& frame) override;
   void OnKeyframe(KeyframeEvent /*event*/) override {}
-  /// What others know of a map goes over into the one that it becomes part of.
   void OnMap(const MapEvent& event) override;
-  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override {
-    // A free one says nothing against what others know of the map.
-    const auto metric = MetricOf(gauge);
-    if (!metric) return;
-    const std::scoped_lock lock(mutex_);
-    Keep({map, revision, metric});
-  }
+  void OnGauge(MapId map, int64_t revision, const Gauge& gauge) override;
 
  private:
-  struct MetricSince {
-    MapId map;
-    int64_t revision = 0;
-    std::optional<MetricFromMap> metric;
-  };
-  std::optional<MetricFromMap> MetricIn(MapId map, int64_t revision) const;
-  void Keep(MetricSince since);
-
-  mutable std::mutex mutex_;
+  std::mutex mutex_;
   OdometryEstimator estimator_;
   SteadyImageClock clock_;
   /// Samples must not move against images: one that came without delay is among these, even where
@@ -59,7 +42,7 @@ class AutopilotObserver : public RunObserver {
   SteadyImageClock inertial_clock_{600, 10};
   GentleOffset inertial_offset_;  ///< From the images' clock to the machine's.
   std::optional<Timestamp> last_inertial_, last_fix_;
-  std::deque<MetricSince> metrics_;  ///< The newest last.
+  KnownWorlds worlds_;
 };
 
 }  // namespace deepuav

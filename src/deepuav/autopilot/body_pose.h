@@ -1,7 +1,7 @@
 #pragma once
 
-#include "deepuav/autopilot/metric_from_map.h"
 #include "deepuav/geometry/se3.h"
+#include "deepuav/system/sensors/metric_from_map.h"
 
 namespace deepuav {
 
