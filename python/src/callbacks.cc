@@ -63,6 +63,15 @@ Callbacks::~Callbacks() {
   Clear();
 }
 
+bool Callbacks::IsHeard() const {
+  const auto& [on_frame, on_keyframe, on_map, on_restart, on_dropped] = functions_;
+  const auto is_there = [](const nb::object& function) {
+    return function.is_valid() && !function.is_none();
+  };
+  return is_there(on_frame) || is_there(on_keyframe) || is_there(on_map) || is_there(on_restart) ||
+         is_there(on_dropped);
+}
+
 int Callbacks::Visit(visitproc visit, void* arg) const {
   const auto& [on_frame, on_keyframe, on_map, on_restart, on_dropped] = functions_;
   for (const nb::object* function : {&on_frame, &on_keyframe, &on_map, &on_restart, &on_dropped})

@@ -35,6 +35,8 @@ class Callbacks : public api::Observer {
   void OnRestart() override;
   void OnDropped(std::int64_t dropped) override;
 
+  /// Whether any function is to be called.
+  bool IsHeard() const;
   /// For the interpreter's search for circles of objects.
   int Visit(visitproc visit, void* arg) const;
   /// Nothing is told from now on.

@@ -66,7 +66,7 @@ class PythonSlam {
   PythonSlam(const api::Camera& camera, const api::Options& options, api::RunSetup setup,
              std::unique_ptr<Callbacks> callbacks)
       : callbacks_(std::move(callbacks)) {
-    setup.observer = callbacks_.get();
+    if (callbacks_->IsHeard()) setup.observer = callbacks_.get();
     const nb::gil_scoped_release released;
     slam_.emplace(camera, options, setup);
   }

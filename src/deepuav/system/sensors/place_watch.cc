@@ -11,12 +11,14 @@ namespace deepuav {
 namespace {
 
 constexpr double kRefusalEvery_s = 10;
-/// Without a fix so near in time, poses tell nothing.
-constexpr double kNearFix_s = 5;
+/// Fixes may come that much later than images, beside what their clock may be off.
+constexpr double kLate_s = 5;
 /// After a change of the map, which may come often.
 constexpr double kLeastWait_s = 0.5;
 /// Of an origin: beyond, its plane is not level where the fixes are, and within, it is the same.
 constexpr double kFarOrigin_m = 50'000, kSameOrigin_m = 0.1;
+/// As FindGeoreference searches.
+constexpr double kClockSigmas = 2;
 /// How level a map is whose gauge is metric.
 constexpr double kGaugeTilt_rad = 0.01;
 /// Of what was known of maps, the newest.
@@ -41,10 +43,11 @@ SensorUseOptions OnCamerasClock(SensorUseOptions options) {
 PlaceWatch::PlaceWatch(GnssStream gnss, const SensorUseOptions& options, Tell tell)
     : options_(options.georeference),
       clock_offset_s_(options.gnss_clock_offset_s),
+      near_s_(kLate_s + kClockSigmas * (options.search_gnss_clock ? gnss.clock_sigma_s : 0)),
+      nothing_told_(gnss, OnCamerasClock(options)),
       tell_(std::move(tell)),
       path_(options_.running_pose_interval_s),
-      wait_s_(options_.running_wait_s),
-      running_(gnss, OnCamerasClock(options)) {
+      wait_s_(options_.running_wait_s) {
   for (const GnssFix& fix : gnss.fixes) Add(fix);
   thread_ = std::thread([this] { Work(); });
 }
@@ -68,7 +71,9 @@ void PlaceWatch::Add(GnssFix fix) {
 void PlaceWatch::AddFix(const GnssFix& fix) {
   const std::scoped_lock lock(mutex_);
   Add(fix);
-  ForgetBefore(Later(fixes_.back().time, -options_.running_window_s));
+  if (!shown_until_) return;  // All may come before the first image.
+  const Timestamp newest = std::min(*shown_until_, fixes_.back().time);
+  ForgetBefore(Later(newest, -options_.running_window_s));
 }
 
 void PlaceWatch::UseOrigin(const GeoPoint& origin) {
@@ -118,13 +123,13 @@ void PlaceWatch::OnMapState(const Map& map) {
 }
 
 bool PlaceWatch::HasFixNear(Timestamp time) const {
-  const auto after = std::ranges::lower_bound(fixes_, Later(time, -kNearFix_s), {}, &GnssFix::time);
-  return after != fixes_.end() && SecondsBetween(time, after->time) <= kNearFix_s;
+  const auto after = std::ranges::lower_bound(fixes_, Later(time, -near_s_), {}, &GnssFix::time);
+  return after != fixes_.end() && SecondsBetween(time, after->time) <= near_s_;
 }
 
 void PlaceWatch::ForgetBefore(Timestamp time) {
   path_.ForgetBefore(time);
-  const auto kept = std::ranges::lower_bound(fixes_, Later(time, -kNearFix_s), {}, &GnssFix::time);
+  const auto kept = std::ranges::lower_bound(fixes_, Later(time, -near_s_), {}, &GnssFix::time);
   fixes_.erase(fixes_.begin(), kept);
 }
 
@@ -160,30 +165,34 @@ void PlaceWatch::PrepareJob(const FrameRecord& record) {
 }
 
 void PlaceWatch::OnFrame(const FrameRecord& record, const Frame& /*frame*/) {
-  if (!record.located()) return;
   const std::scoped_lock lock(mutex_);
+  shown_until_ = record.time;
+  if (!record.located()) return;
   PrepareJob(record);
   if (job_) changed_.notify_one();
 }
 
 /// Only while there is none though it could be, and seldom.
-void PlaceWatch::TellRefusal(const Job& job) {
+void PlaceWatch::TellRefusal(const Job& job, const RunningPlace& running) {
   const Trajectory& path = job.evidence.path;
   if (path.empty() || SecondsBetween(path.front().time, path.back().time) < kRefusalEvery_s) return;
-  if (running_.has_told() || running_.refusal().empty()) return;
+  if (running.has_told() || running.refusal().empty()) return;
   if (refused_at_ && std::abs(SecondsBetween(*refused_at_, job.time)) < kRefusalEvery_s) return;
   refused_at_ = job.time;
-  Log().info("map {} has no place on Earth yet: {}", job.world.map.value, running_.refusal());
+  Log().info("map {} has no place on Earth yet: {}", job.world.map.value, running.refusal());
 }
 
+/// A map that is corrected keeps its world, about, and one that is left and found again wholly:
+/// what was told of it holds until it is contradicted.
 void PlaceWatch::Do(const Job& job) {
-  const std::optional<PlacedWorld> news = running_.Find(job.evidence);
+  RunningPlace& running = running_.try_emplace(job.world.map, nothing_told_).first->second;
+  const std::optional<PlacedWorld> news = running.Find(job.evidence);
   {
     const std::scoped_lock lock(mutex_);
-    wait_s_ = running_.has_told() ? std::min(2 * wait_s_, options_.running_longest_wait_s)
-                                  : options_.running_wait_s;
+    wait_s_ = running.has_told() ? std::min(2 * wait_s_, options_.running_longest_wait_s)
+                                 : options_.running_wait_s;
   }
-  TellRefusal(job);
+  TellRefusal(job, running);
   if (!news) return;
   Log().info("map {} has its place on Earth meanwhile, to {:.1f} m, by {} fixes",
              job.world.map.value, news->position_sigma_m, news->fixes);
@@ -197,15 +206,8 @@ std::unique_ptr<PlaceWatch::Job> PlaceWatch::NextJob() {
   return std::move(job_);
 }
 
-/// A map that is corrected keeps its world, about: what was told of it holds until it is
-/// contradicted.
 void PlaceWatch::Work() {
-  std::optional<MapId> last;
-  while (const std::unique_ptr<Job> job = NextJob()) {
-    if (last && *last != job->world.map) running_.Restart();
-    last = job->world.map;
-    Do(*job);
-  }
+  while (const std::unique_ptr<Job> job = NextJob()) Do(*job);
 }
 
 }  // namespace deepuav

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -68,7 +69,7 @@ class PlaceWatch : public RunObserver {
   void Work();
   std::unique_ptr<Job> NextJob();
   void Do(const Job& job);
-  void TellRefusal(const Job& job);
+  void TellRefusal(const Job& job, const RunningPlace& running);
   bool IsDue(const World& world, Timestamp time) const;
   bool HasFixNear(Timestamp time) const;
   void ForgetBefore(Timestamp time);
@@ -80,6 +81,9 @@ class PlaceWatch : public RunObserver {
 
   const GeoreferenceOptions options_;
   const double clock_offset_s_;
+  /// Without a fix so near in time, poses tell nothing.
+  const double near_s_;
+  const RunningPlace nothing_told_;
   const Tell tell_;
   std::mutex mutex_;  ///< Of what follows, up to the thread's own.
   std::condition_variable changed_;
@@ -88,12 +92,13 @@ class PlaceWatch : public RunObserver {
   std::vector<GnssFix> fixes_;  ///< On the camera's clock.
   std::optional<GeoPoint> first_fix_, origin_;
   bool warned_of_origin_ = false;
+  std::optional<Timestamp> shown_until_;  ///< The latest image, located or not.
   MovingPath path_;
   std::set<MapId> known_;  ///< Maps that have a place.
   std::vector<KnownMetric> metrics_;
   std::optional<std::pair<World, Timestamp>> tried_;  ///< When it was looked for last...
   double wait_s_;                                     ///< ...and for how long it waits then.
-  RunningPlace running_;                              ///< Of the thread alone.
+  std::map<MapId, RunningPlace> running_;             ///< Of the thread alone.
   std::optional<Timestamp> refused_at_;               ///< The same.
   std::thread thread_;
 };

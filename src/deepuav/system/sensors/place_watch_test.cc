@@ -116,6 +116,16 @@ TEST_F(PlaceWatchTest, TellsThePlaceOnTheWayAndKeepsItWithoutFixes) {
   EXPECT_LT(Error(told.back()), 0.5);
 }
 
+TEST_F(PlaceWatchTest, AllFixesMayComeBeforeTheFirstImage) {
+  flight_ = Winding(400);  // Longer than what is kept of them.
+  for (const TimedPose& pose : flight_)
+    watch_->AddFix(FixAt(pose.time, pose.world_from_cam * kAntenna));
+  Fly(0, 30, false);
+  const auto told = End();
+  ASSERT_FALSE(told.empty());
+  EXPECT_LT(Error(told.back()), 0.5);
+}
+
 TEST_F(PlaceWatchTest, FixesThatLieElsewhereForAWhileAreLeftOut) {
   Fly(0, 60, true);
   Fly(60, 75, true, {30, 0, 0});
@@ -149,7 +159,9 @@ TEST_F(PlaceWatchTest, ACorrectionThatContradictsNothingIsNoNews) {
   Fly(0, 40, true);
   ++revision_;
   Fly(40, 60, false);
-  for (const Told& one : End()) EXPECT_EQ(one.revision, 3);
+  const auto told = End();
+  ASSERT_FALSE(told.empty());
+  for (const Told& one : told) EXPECT_EQ(one.revision, 3);
 }
 
 TEST_F(PlaceWatchTest, AClockThatIsSaidToBeOffIsReckonedWith) {

@@ -40,11 +40,6 @@ RunningPlace::RunningPlace(const GnssStream& gnss, const SensorUseOptions& optio
       noise_(options.gnss),
       options_(Stricter(options.georeference)) {}
 
-void RunningPlace::Restart() {
-  told_.reset();
-  refusal_.clear();
-}
-
 GeoreferenceAttempt RunningPlace::Attempt(const Trajectory& path,
                                           const std::vector<LocalFix>& fixes,
                                           const PlacePriors& known) const {

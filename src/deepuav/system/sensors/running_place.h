@@ -41,8 +41,6 @@ class RunningPlace {
 
   /// Says what is new, if anything; what was told before, about another origin, is.
   std::optional<PlacedWorld> Find(const Evidence& evidence);
-  /// What comes is of another world.
-  void Restart();
 
   bool has_told() const { return told_.has_value(); }
   /// Why the latest try found nothing, for a person; empty where it did, or none was made.
