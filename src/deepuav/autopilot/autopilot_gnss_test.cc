@@ -5,14 +5,10 @@
 
 #include <algorithm>
 
-#include "deepuav/autopilot/autopilot_session.h"
-#include "deepuav/autopilot/testing/mavlink_bytes.h"
+#include "deepuav/autopilot/testing/session_fixture.h"
 
 namespace deepuav {
 namespace {
-
-constexpr int64_t kMs = 1'000'000, kSecond = 1000 * kMs, kStart = 100 * kSecond;
-constexpr uint8_t kVehicle = 7, kOther = 8;
 
 mavlink_gps_raw_int_t Fix(int64_t time_us) {
   mavlink_gps_raw_int_t fix = {};
@@ -30,8 +26,10 @@ std::string Datagram(const mavlink_gps_raw_int_t& fix, uint8_t system = kVehicle
   return Bytes(message);
 }
 
-class AutopilotGnssTest : public testing::Test {
+class AutopilotGnssTest : public SessionFixture {
  protected:
+  AutopilotGnssTest() { session_.emplace(Wanted(), kStart, Kept()); }
+
   static AutopilotOptions Wanted() {
     AutopilotOptions options;
     options.gnss.wanted = true;
@@ -41,20 +39,6 @@ class AutopilotGnssTest : public testing::Test {
     return {.fix = [this](const GnssFix& fix) { fixes_.push_back(fix); },
             .origin = [this](const GeoPoint& origin) { origins_.push_back(origin); }};
   }
-  /// The autopilot's heartbeat and its clock, which is the machine's less a minute.
-  void Meet() {
-    session_->Hear(HeartbeatFrom(kVehicle, MAV_COMP_ID_AUTOPILOT1, MAV_AUTOPILOT_PX4), now_);
-    for (const mavlink_message_t& question : Of(Due(), MAVLINK_MSG_ID_TIMESYNC)) {
-      session_->Hear(TimesyncFrom(kVehicle, MAV_COMP_ID_AUTOPILOT1, now_ - 60 * kSecond,
-                                  mavlink_msg_timesync_get_ts1(&question)),
-                     now_);
-    }
-  }
-  int64_t AutopilotUs() const { return (now_ - 60 * kSecond) / 1000; }
-  std::vector<mavlink_message_t> Due() {
-    return Decoded(session_->Due(OdometryEstimator::Answer{}, now_));
-  }
-  void Hear(const std::string& datagram) { session_->Hear(datagram, now_); }
   /// What is said for so long; a fix comes each fifth of a second where `fixes` says so.
   std::vector<mavlink_message_t> Run(double seconds, bool fixes) {
     std::vector<mavlink_message_t> all;
@@ -82,10 +66,8 @@ class AutopilotGnssTest : public testing::Test {
         }));
   }
 
-  int64_t now_ = kStart;
   std::vector<GnssFix> fixes_;
   std::vector<GeoPoint> origins_;
-  std::optional<AutopilotSession> session_{std::in_place, Wanted(), kStart, Kept()};
 };
 
 TEST_F(AutopilotGnssTest, AFixIsReadInItsUnits) {

@@ -3,15 +3,11 @@
 
 #include <algorithm>
 
-#include "deepuav/autopilot/autopilot_session.h"
-#include "deepuav/autopilot/testing/mavlink_bytes.h"
+#include "deepuav/autopilot/testing/session_fixture.h"
 #include "deepuav/base/random.h"
 
 namespace deepuav {
 namespace {
-
-constexpr int64_t kMs = 1'000'000, kSecond = 1000 * kMs, kStart = 100 * kSecond;
-constexpr uint8_t kVehicle = 7, kOther = 8;
 
 struct Sender {
   uint8_t system = kVehicle, component = MAV_COMP_ID_AUTOPILOT1;
@@ -40,35 +36,20 @@ std::string ScaledFrom(const Sender& sender, uint32_t time_ms) {
   return Bytes(message);
 }
 
-class AutopilotInertialTest : public testing::Test {
+class AutopilotInertialTest : public SessionFixture {
  protected:
+  AutopilotInertialTest() { session_.emplace(Wanted(), kStart, Kept()); }
+
   static AutopilotOptions Wanted() {
     AutopilotOptions options;
     options.imu.wanted = true;
     return options;
   }
-  /// The autopilot's heartbeat and its clock, which is the machine's less a minute.
-  void Meet() {
-    session_->Hear(HeartbeatFrom(kVehicle, MAV_COMP_ID_AUTOPILOT1, MAV_AUTOPILOT_PX4), now_);
-    for (const mavlink_message_t& question : Of(Due(), MAVLINK_MSG_ID_TIMESYNC)) {
-      session_->Hear(TimesyncFrom(kVehicle, MAV_COMP_ID_AUTOPILOT1, now_ - 60 * kSecond,
-                                  mavlink_msg_timesync_get_ts1(&question)),
-                     now_);
-    }
-  }
-  int64_t AutopilotUs() const { return (now_ - 60 * kSecond) / 1000; }
-  std::vector<mavlink_message_t> Due() {
-    return Decoded(session_->Due(OdometryEstimator::Answer{}, now_));
-  }
-  void Hear(const std::string& datagram) { session_->Hear(datagram, now_); }
 
-  int64_t now_ = kStart;
   std::vector<ImuSample> samples_;
   AutopilotListener Kept() {
     return {.inertial = [this](const ImuSample& sample) { samples_.push_back(sample); }};
   }
-
-  std::optional<AutopilotSession> session_{std::in_place, Wanted(), kStart, Kept()};
 };
 
 TEST_F(AutopilotInertialTest, HighresIsReadInItsUnits) {

@@ -22,6 +22,10 @@ Eigen::Vector3d Forward(const GeographicLib::LocalCartesian& local, const GeoPoi
 
 }  // namespace
 
+GeoPoint PlaceOf(const GnssFix& fix) {
+  return {fix.latitude_deg, fix.longitude_deg, fix.altitude_m.value_or(0)};
+}
+
 Eigen::Vector3d LocalFromGeo(const GeoPoint& origin, const GeoPoint& point) {
   return Forward(LocalAbout(origin), point);
 }

@@ -9,6 +9,9 @@
 
 namespace deepuav {
 
+/// One without altitude is at that of the ellipsoid.
+GeoPoint PlaceOf(const GnssFix& fix);
+
 /// Metres east, north and up of `origin`, in the plane that touches the ellipsoid there, and back
 /// (GeographicLib's LocalCartesian).
 Eigen::Vector3d LocalFromGeo(const GeoPoint& origin, const GeoPoint& point);

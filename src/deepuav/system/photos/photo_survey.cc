@@ -9,6 +9,7 @@
 #include "deepuav/base/time.h"
 #include "deepuav/image/image_store.h"
 #include "deepuav/mapping/mapper.h"
+#include "deepuav/sensors/geodesy.h"
 #include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/frames/frame_feed.h"
 #include "deepuav/system/sensors/georeferencing.h"
@@ -80,8 +81,7 @@ void LeaveOutWhatIsFixed(const Camera& camera, const ImageFixedOptions& options,
 void PlaceByFixes(const GnssStream& gnss, const SensorUseOptions& options,
                   std::vector<SurveyView>* views) {
   if (gnss.fixes.empty()) return;
-  const GnssFix& first = gnss.fixes.front();
-  const GeoPoint origin{first.latitude_deg, first.longitude_deg, first.altitude_m.value_or(0)};
+  const GeoPoint origin = PlaceOf(gnss.fixes.front());
   std::vector<Timestamp> times;
   for (const SurveyView& view : *views) times.push_back(view.frame.time);
   const auto positions_m = PositionsAt(times, LocalFixes(gnss.fixes, origin, options.gnss),

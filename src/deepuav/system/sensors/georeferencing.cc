@@ -6,6 +6,7 @@
 
 #include "deepuav/base/logging.h"
 #include "deepuav/base/option_check.h"
+#include "deepuav/sensors/geodesy.h"
 #include "deepuav/system/frames/frame_path.h"
 #include "deepuav/system/sensors/fix_trial.h"
 #include "deepuav/system/sensors/known_place.h"
@@ -41,8 +42,7 @@ Georeferencing::Georeferencing(const SensorStreams& streams, const SensorUseOpti
       mapper_(mapper),
       atlas_(atlas) {
   if (streams.gnss.fixes.empty()) return;
-  const GnssFix& first = streams.gnss.fixes.front();
-  origin_ = {first.latitude_deg, first.longitude_deg, first.altitude_m.value_or(0)};
+  origin_ = PlaceOf(streams.gnss.fixes.front());
   fixes_ = LocalFixes(streams.gnss.fixes, origin_, options.gnss);
 }
 

@@ -28,10 +28,6 @@ Timestamp Later(Timestamp time, double seconds) {
   return {time.nanoseconds + static_cast<int64_t>(1e9 * seconds)};
 }
 
-GeoPoint PlaceOf(const GnssFix& fix) {
-  return {fix.latitude_deg, fix.longitude_deg, fix.altitude_m.value_or(0)};
-}
-
 /// The fixes come on the camera's clock.
 SensorUseOptions OnCamerasClock(SensorUseOptions options) {
   options.gnss_clock_offset_s = 0;

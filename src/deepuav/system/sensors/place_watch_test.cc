@@ -6,33 +6,13 @@
 #include <thread>
 
 #include "deepuav/system/testing/georeferencing_fixture.h"
-#include "support/flights.h"
+#include "deepuav/system/testing/placed_flights.h"
 
 namespace deepuav {
 namespace {
 
 constexpr double kRate_hz = 4, kSigma_m = 0.3;
 const MapId kMap{0};
-
-/// Over some hundred metres, the camera level in the mean.
-Trajectory Winding(double duration_s) {
-  Trajectory flight = MakeFlight(static_cast<int>(kRate_hz * duration_s), kRate_hz);
-  for (TimedPose& pose : flight) {
-    pose.world_from_cam = SE3(pose.world_from_cam.rotation() * RotationExp({-M_PI / 2, 0, 0}),
-                              Eigen::Vector3d(10 * pose.world_from_cam.translation()));
-  }
-  return flight;
-}
-
-/// 4 m/s north, the camera along it and level.
-Trajectory Straight(double duration_s) {
-  Trajectory flight;
-  for (int i = 0; i < kRate_hz * duration_s; ++i) {
-    const double t = i / kRate_hz;
-    flight.push_back({AtSeconds(t), SE3(RotationExp({-M_PI / 2, 0, 0}), {0, 4 * t, 30})});
-  }
-  return flight;
-}
 
 GnssFix FixAt(Timestamp time, const Eigen::Vector3d& position_m) {
   const GeoPoint point = GeoFromLocal(kOrigin, position_m);
@@ -93,7 +73,7 @@ class PlaceWatchTest : public testing::Test {
     return (found - end).norm();
   }
 
-  Trajectory flight_ = Winding(120);
+  Trajectory flight_ = Winding(120, kRate_hz);
   Sim3 map_from_local_ = kMapFromLocal;
   double clock_off_s_ = 0;
   Random random_{7};
@@ -117,7 +97,7 @@ TEST_F(PlaceWatchTest, TellsThePlaceOnTheWayAndKeepsItWithoutFixes) {
 }
 
 TEST_F(PlaceWatchTest, AllFixesMayComeBeforeTheFirstImage) {
-  flight_ = Winding(400);  // Longer than what is kept of them.
+  flight_ = Winding(400, kRate_hz);  // Longer than what is kept of them.
   for (const TimedPose& pose : flight_)
     watch_->AddFix(FixAt(pose.time, pose.world_from_cam * kAntenna));
   Fly(0, 30, false);
@@ -175,7 +155,7 @@ TEST_F(PlaceWatchTest, AClockThatIsSaidToBeOffIsReckonedWith) {
 }
 
 TEST_F(PlaceWatchTest, WhatIsKnownOfMetresCountsInItsRevisionAlone) {
-  flight_ = Straight(20);
+  flight_ = Straight(20, kRate_hz);
   const MetricWorld metric{kMapFromLocal.Inverse(), 0.01, 0.005};
   watch_->UseMetric(kMap, revision_ + 1, metric);
   Fly(0, 20, true);
@@ -187,7 +167,7 @@ TEST_F(PlaceWatchTest, WhatIsKnownOfMetresCountsInItsRevisionAlone) {
 }
 
 TEST_F(PlaceWatchTest, AMapThatIsMetricSaysSoUntilItsEnd) {
-  flight_ = Straight(20);
+  flight_ = Straight(20, kRate_hz);
   map_from_local_ = Sim3(1, RotationExp({0, 0, 1}), {5, 6, 7});
   watch_->OnGauge(kMap, 0, {GaugeKind::kMetric, {}, 0.01});
   Fly(0, 20, true);

@@ -6,7 +6,7 @@
 
 #include "deepuav/base/random.h"
 #include "deepuav/sensors/geodesy.h"
-#include "support/flights.h"
+#include "deepuav/system/testing/placed_flights.h"
 
 namespace deepuav {
 namespace {
@@ -15,26 +15,6 @@ const GeoPoint kOrigin{47.4, 8.5, 500};
 const Eigen::Vector3d kAntenna(0.1, -0.2, 0.05);
 const Sim3 kMapFromLocal(0.05, RotationExp({0.3, -1.2, 0.4}), {1, -2, 3});
 constexpr double kRate_hz = 5;
-
-/// Over some hundred metres, the camera level in the mean.
-Trajectory Winding(double duration_s) {
-  Trajectory flight = MakeFlight(static_cast<int>(kRate_hz * duration_s), kRate_hz);
-  for (TimedPose& pose : flight) {
-    pose.world_from_cam = SE3(pose.world_from_cam.rotation() * RotationExp({-M_PI / 2, 0, 0}),
-                              Eigen::Vector3d(10 * pose.world_from_cam.translation()));
-  }
-  return flight;
-}
-
-/// 4 m/s north, the camera along it and level.
-Trajectory Straight(double duration_s) {
-  Trajectory flight;
-  for (int i = 0; i < kRate_hz * duration_s; ++i) {
-    const double t = i / kRate_hz;
-    flight.push_back({AtSeconds(t), SE3(RotationExp({-M_PI / 2, 0, 0}), {0, 4 * t, 30})});
-  }
-  return flight;
-}
 
 class RunningPlaceTest : public testing::Test {
  protected:
@@ -72,7 +52,7 @@ class RunningPlaceTest : public testing::Test {
 
 TEST_F(RunningPlaceTest, APathOfSomeLengthTellsThePlace) {
   RunningPlace running(receiver_, options_);
-  const Trajectory flight = Winding(30);
+  const Trajectory flight = Winding(30, kRate_hz);
   const auto place = running.Find(EvidenceOf(flight));
   ASSERT_TRUE(place) << running.refusal();
   EXPECT_LT(Error(*place, flight), 0.4);
@@ -86,7 +66,7 @@ TEST_F(RunningPlaceTest, TheStatedSigmaIsThatOfManyTries) {
   constexpr int kTries = 40;
   for (int i = 0; i < kTries; ++i) {
     RunningPlace running(receiver_, options_);
-    const Trajectory flight = Winding(20);
+    const Trajectory flight = Winding(20, kRate_hz);
     const auto place = running.Find(EvidenceOf(flight));
     ASSERT_TRUE(place) << running.refusal();
     const Eigen::Vector3d end = flight.back().world_from_cam.translation();
@@ -98,14 +78,14 @@ TEST_F(RunningPlaceTest, TheStatedSigmaIsThatOfManyTries) {
 
 TEST_F(RunningPlaceTest, WhatLeavesTheOrientationOpenIsRefused) {
   RunningPlace running(receiver_, options_);
-  EXPECT_FALSE(running.Find(EvidenceOf(Straight(20))));
+  EXPECT_FALSE(running.Find(EvidenceOf(Straight(20, kRate_hz))));
   EXPECT_FALSE(running.has_told());
   EXPECT_NE(running.refusal().find("straight"), std::string::npos) << running.refusal();
 }
 
 TEST_F(RunningPlaceTest, ALevelByAnInertialSensorClosesIt) {
   RunningPlace running(receiver_, options_);
-  const Trajectory flight = Straight(20);
+  const Trajectory flight = Straight(20, kRate_hz);
   RunningPlace::Evidence evidence = EvidenceOf(flight);
   // Metres and level, but another heading and origin.
   const Sim3 metric_from_local(1, RotationExp({0, 0, 2}), {5, 6, 7});
@@ -120,7 +100,7 @@ TEST_F(RunningPlaceTest, ALevelByAnInertialSensorClosesIt) {
 
 TEST_F(RunningPlaceTest, AnInertialSensorThatTheFixesContradictIsNotBelieved) {
   RunningPlace running(receiver_, options_);
-  const Trajectory flight = Winding(30);
+  const Trajectory flight = Winding(30, kRate_hz);
   RunningPlace::Evidence evidence = EvidenceOf(flight);
   evidence.metric = MetricWorld{
       Sim3(1.3, Eigen::Quaterniond::Identity(), {0, 0, 0}) * kMapFromLocal.Inverse(), 0.01, 0.005};
@@ -131,10 +111,10 @@ TEST_F(RunningPlaceTest, AnInertialSensorThatTheFixesContradictIsNotBelieved) {
 
 TEST_F(RunningPlaceTest, StaysUntilItIsSurerOrContradicted) {
   RunningPlace running(receiver_, options_);
-  ASSERT_TRUE(running.Find(EvidenceOf(Winding(20))));
-  EXPECT_FALSE(running.Find(EvidenceOf(Winding(21)))) << "hardly surer";
-  EXPECT_TRUE(running.Find(EvidenceOf(Winding(120)))) << "much surer";
-  RunningPlace::Evidence moved = EvidenceOf(Winding(121));
+  ASSERT_TRUE(running.Find(EvidenceOf(Winding(20, kRate_hz))));
+  EXPECT_FALSE(running.Find(EvidenceOf(Winding(21, kRate_hz)))) << "hardly surer";
+  EXPECT_TRUE(running.Find(EvidenceOf(Winding(120, kRate_hz)))) << "much surer";
+  RunningPlace::Evidence moved = EvidenceOf(Winding(121, kRate_hz));
   for (GnssFix& fix : moved.fixes) fix.longitude_deg += 1e-4;  // 7.5 m.
   EXPECT_TRUE(running.Find(moved)) << "elsewhere";
 }
@@ -142,7 +122,7 @@ TEST_F(RunningPlaceTest, StaysUntilItIsSurerOrContradicted) {
 TEST_F(RunningPlaceTest, NothingIsToldOfNothing) {
   RunningPlace running(receiver_, options_);
   EXPECT_FALSE(running.Find({}));
-  RunningPlace::Evidence apart = EvidenceOf(Winding(20));
+  RunningPlace::Evidence apart = EvidenceOf(Winding(20, kRate_hz));
   for (GnssFix& fix : apart.fixes) fix.time.nanoseconds += 1'000'000'000'000;
   EXPECT_FALSE(running.Find(apart));
   EXPECT_FALSE(running.refusal().empty());
