@@ -15,6 +15,7 @@ enum class Finish : uint8_t {
   kTiledRoof,
   kFlatRoof,
   kMetalRoof,
+  kSolarPanels,
   kPrint,  ///< Posters, labels, lorries' sides.
   kPlanks,
   kPaint,  ///< Car bodies.

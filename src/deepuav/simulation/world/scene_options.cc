@@ -73,6 +73,20 @@ SceneOptions Highway() {
   return scene;
 }
 
+SceneOptions Solar() {
+  SceneOptions scene;
+  scene.town_radius_m = 0;
+  scene.relief_m = 12;
+  scene.tree_fraction = 0.1;
+  scene.forest_fraction = 0.05;
+  scene.river_width_m = 0;
+  scene.lake_radius_m = 0;
+  scene.solar_panels_m = 400;
+  scene.cars_per_km = 1;
+  scene.people_per_km = 1;
+  return scene;
+}
+
 SceneOptions HallScene() {
   SceneOptions scene;
   scene.kind = "hall";
@@ -83,7 +97,7 @@ SceneOptions HallScene() {
 const std::map<std::string, std::function<SceneOptions()>>& Scenes() {
   static const std::map<std::string, std::function<SceneOptions()>> scenes = {
       {"village", Village}, {"countryside", Countryside}, {"town", Town},      {"forest", Forest},
-      {"desert", Desert},   {"highway", Highway},         {"hall", HallScene},
+      {"desert", Desert},   {"highway", Highway},         {"hall", HallScene}, {"solar", Solar},
   };
   return scenes;
 }

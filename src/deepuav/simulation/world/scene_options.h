@@ -25,6 +25,7 @@ struct SceneOptions {
   double aridity = 0;            ///< 0 green to 1 desert.
   double river_width_m = 18;     ///< 0: none.
   double lake_radius_m = 70;     ///< 0: none.
+  double solar_panels_m = 0;     ///< Side of a square of rows of solar panels; 0: none.
   double cars_per_km = 12;
   double people_per_km = 8;
   double lorry_fraction = 0;        ///< Share of the cars made lorries, beside one in seven.
@@ -69,6 +70,9 @@ struct SceneOptions {
     visit("river_width_m", river_width_m, "m", "width of the river, 0 for none", Between(0, 1000));
     visit("lake_radius_m", lake_radius_m, "m", "radius of the lake, 0 for none",
           Between(0, kFarthestM));
+    visit("solar_panels_m", solar_panels_m, "m",
+          "side of a square of rows of solar panels in the middle, 0 for none",
+          Between(0, kFarthestM));
     visit("cars_per_km", cars_per_km, "1/km", "cars on each kilometre of road", Between(0, 1000));
     visit("people_per_km", people_per_km, "1/km", "people on each kilometre of road",
           Between(0, 1000));
@@ -89,7 +93,7 @@ struct SceneOptions {
   }
 };
 
-/// The scenes known by name: village, countryside, town, forest, desert, hall, highway.
+/// The scenes known by name: village, countryside, town, forest, desert, solar, highway, hall.
 std::vector<std::string> SceneNames();
 
 /// A scene by name, or from a YAML file: a map of the options above, and `base: NAME` for the scene

@@ -113,6 +113,22 @@ Appearance TiledRoof(const Spot& spot) {
   return look;
 }
 
+// Of 1 x 2 m, all equal but for their tone and dust.
+Appearance SolarPanels(const Spot& spot) {
+  constexpr float kWidthM = 1, kHeightM = 2, kFrameM = 0.05f, kCellM = kWidthM / 6;
+  constexpr float kCellGapM = 0.012f, kFrameTone = 0.55f, kGapTone = 0.12f;
+  const float panel = spot.Chance(static_cast<int32_t>(std::floor(spot.u / kWidthM)),
+                                  static_cast<int32_t>(std::floor(spot.v / kHeightM)));
+  const float dust = 1 + 0.25f * spot.Detail(Material::kNoise, 6.7f);
+  const float gaps = std::min(1.0f, StripeCoverage(spot.u, kCellM, kCellGapM, spot.footprint) +
+                                        StripeCoverage(spot.v, kCellM, kCellGapM, spot.footprint));
+  const float frames =
+      std::min(1.0f, StripeCoverage(spot.u, kWidthM, kFrameM, spot.footprint) +
+                         StripeCoverage(spot.v, kHeightM, kFrameM, spot.footprint));
+  const float cells = Mix(spot.face.tone * (0.85f + 0.3f * panel), kGapTone, gaps);
+  return {dust * Mix(cells, kFrameTone, frames), 0.04f * (1 - frames), 0, 0};
+}
+
 Appearance Print(const Spot& spot) {
   const uint32_t page = HashCell(5, static_cast<int32_t>(spot.variant), spot.face.seed);
   const auto column = static_cast<float>(page % 4), row = static_cast<float>((page / 4) % 4);
@@ -216,6 +232,8 @@ Appearance FaceAppearance(const MaterialTextures& textures, const Face& face, co
       return {face.tone * (1 - 0.4f * ribs) * (1 + 0.3f * spot.Detail(Material::kNoise, 8)), 0.04f,
               0, 0};
     }
+    case Finish::kSolarPanels:
+      return SolarPanels(spot);
     case Finish::kPrint:
       return Print(spot);
     case Finish::kPlanks:

@@ -123,11 +123,15 @@ void WorldGeometry::AddOutdoors() {
 
   buildings_ = PlaceBuildings(options_, land.parcels, land.roads, land.water, land.terrain);
   AddMesh(buildings_.mesh);
+  panels_ = PlaceSolarPanels(options_, land.roads, land.water, land.terrain);
+  AddMesh(panels_.mesh);
+  std::vector<Footprint> covered = buildings_.footprints;
+  covered.insert(covered.end(), panels_.footprints.begin(), panels_.footprints.end());
   plants_ = MakePlantPrototypes(HashCell(options_.seed, 9, 0x97a27u));
   for (const FaceMesh& mesh : plants_)
     plant_scenes_.push_back(MakePrototypeScene(device_.get(), mesh));
-  const std::vector<Placed> placed = PlacePlants(options_, land.parcels, land.roads, land.water,
-                                                 land.terrain, buildings_.footprints);
+  const std::vector<Placed> placed =
+      PlacePlants(options_, land.parcels, land.roads, land.water, land.terrain, covered);
   for (const Placed& plant : placed) {
     const Eigen::Matrix3f rotation =
         Eigen::AngleAxisf(plant.heading_rad, Vector3f::UnitZ()).toRotationMatrix();

@@ -8,6 +8,7 @@
 #include "deepuav/simulation/world/ground_cover.h"
 #include "deepuav/simulation/world/hall.h"
 #include "deepuav/simulation/world/material_textures.h"
+#include "deepuav/simulation/world/solar_panels.h"
 #include "deepuav/simulation/world/surface.h"
 #include "deepuav/simulation/world/traffic.h"
 #include "deepuav/simulation/world/vegetation.h"
@@ -97,6 +98,7 @@ class WorldGeometry {
   std::optional<Outdoors> outdoors_;
   std::optional<Hall> hall_;
   Buildings buildings_;
+  SolarPanels panels_;
   FaceMesh markers_;
   std::vector<FaceMesh> plants_;
   std::vector<FaceMesh> mover_meshes_;
