@@ -16,8 +16,10 @@ struct SolarPanels {
   std::vector<Footprint> footprints;
 };
 
-/// Over the square of `options.solar_panels_m` in the middle, but for roads and water. Empty for 0.
+/// Over the square of `options.solar_panels_m` in the middle, but for roads, water and what is
+/// `built` there. Empty for 0.
 SolarPanels PlaceSolarPanels(const SceneOptions& options, const RoadNetwork& roads,
-                             const Water& water, const Terrain& terrain);
+                             const Water& water, const Terrain& terrain,
+                             const std::vector<Footprint>& built);
 
 }  // namespace deepuav

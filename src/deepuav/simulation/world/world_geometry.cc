@@ -123,7 +123,7 @@ void WorldGeometry::AddOutdoors() {
 
   buildings_ = PlaceBuildings(options_, land.parcels, land.roads, land.water, land.terrain);
   AddMesh(buildings_.mesh);
-  panels_ = PlaceSolarPanels(options_, land.roads, land.water, land.terrain);
+  panels_ = PlaceSolarPanels(options_, land.roads, land.water, land.terrain, buildings_.footprints);
   AddMesh(panels_.mesh);
   std::vector<Footprint> covered = buildings_.footprints;
   covered.insert(covered.end(), panels_.footprints.begin(), panels_.footprints.end());
