@@ -87,7 +87,9 @@ std::vector<LoadedImage> LoadImages(const std::vector<std::filesystem::path>& fi
 
 std::vector<Descriptors> DescribeAll(const std::vector<LoadedImage>& images,
                                      const TrainVocabOptions& options) {
-  AnySizeExtractor extractor(options.features.OfPhotographs(), options.inference);
+  SuperPointOptions features = options.features.OfPhotographs();
+  features.photograph_max_lookalikes = 1;  // Words are of what videos show, too.
+  AnySizeExtractor extractor(features, options.inference);
   ProgressBar bar(static_cast<int>(images.size()), "images");
   std::vector<Descriptors> descriptors;
   for (const LoadedImage& loaded : images) {

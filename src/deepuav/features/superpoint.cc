@@ -7,6 +7,7 @@
 
 #include "deepuav/base/option_check.h"
 #include "deepuav/base/time.h"
+#include "deepuav/features/lookalikes.h"
 
 namespace deepuav {
 namespace {
@@ -32,6 +33,7 @@ void SuperPointOptions::Check() const { CheckOptions("features", *this); }
 SuperPointOptions SuperPointOptions::OfPhotographs() const {
   SuperPointOptions options = *this;
   options.network_pixels = photograph_pixels;
+  options.of_photographs = true;
   return options;
 }
 
@@ -60,12 +62,8 @@ std::optional<Keypoint> SuperPoint::MakeKeypoint(const Eigen::Vector2f& image_px
                   static_cast<float>(options_.sigma * size_.PixelLength() * *magnification)};
 }
 
-Features SuperPoint::Describe(const HeatMap& heat_map) {
-  const PeakOptions peak_options{
-      options_.keypoints,       static_cast<float>(options_.threshold),
-      options_.nms_radius,      options_.border,
-      options_.faint_keypoints, static_cast<float>(options_.faint_threshold)};
-  const DescriptorMap map = network_.ReadDescriptors();
+Features SuperPoint::Describe(const HeatMap& heat_map, const PeakOptions& peak_options,
+                              const DescriptorMap& map) const {
   const std::vector<Peak> peaks = FindPeaks(heat_map, peak_options);
   Features features{{}, Descriptors(map.dimension)};
   features.keypoints.reserve(peaks.size());
@@ -83,12 +81,32 @@ Features SuperPoint::Describe(const HeatMap& heat_map) {
   return features;
 }
 
+/// Corners of what repeats itself have the best scores and tell least.
+Features SuperPoint::Find(const HeatMap& heat_map) {
+  PeakOptions peaks{options_.keypoints,       static_cast<float>(options_.threshold),
+                    options_.nms_radius,      options_.border,
+                    options_.faint_keypoints, static_cast<float>(options_.faint_threshold)};
+  const DescriptorMap map = network_.ReadDescriptors();
+  Features best = Describe(heat_map, peaks, map);
+  if (!options_.of_photographs || options_.photograph_max_lookalikes >= 1) return best;
+  // Nearer ones share cells of the descriptors' map.
+  const double apart_px = 2 * kSuperPointCell * size_.PixelLength();
+  const auto lookalikes_of = [&](const Features& features) {
+    return CountLookalikes(features, options_.lookalike_similarity, apart_px);
+  };
+  if (ShareWithLookalikes(lookalikes_of(best)) <= options_.photograph_max_lookalikes) return best;
+  peaks.count *= options_.distinct_candidates;
+  if (options_.faint_keypoints > 0) peaks.faint_count = peaks.count;
+  const Features candidates = Describe(heat_map, peaks, map);
+  return MostDistinct(candidates, lookalikes_of(candidates), options_.keypoints);
+}
+
 Features SuperPoint::Extract(const GreyImage& image, ExtractionTimes* times) {
   Stopwatch stopwatch;
   network_.Run(size_.Reduce(image, &reduced_));
   const double network_s = stopwatch.Seconds();
   stopwatch.Restart();
-  Features features = Describe(network_.ReadHeatMap());
+  Features features = Find(network_.ReadHeatMap());
   if (times) *times = {network_s, stopwatch.Seconds()};
   return features;
 }

@@ -25,6 +25,10 @@ struct SuperPointOptions {
   double subpixel_sigma = 1.0;
   double subpixel_max_offset = 1.0;
   double sigma = 1.0;
+  double photograph_max_lookalikes = 0.4;
+  double lookalike_similarity = 0.8;
+  int distinct_candidates = 4;
+  bool of_photographs = false;  ///< As OfPhotographs() gives them; no option of its own.
 
   void Check() const;
   /// The same for photographs, for which there is time.
@@ -60,6 +64,16 @@ struct SuperPointOptions {
     visit("subpixel_max_offset", subpixel_max_offset, "px",
           "largest sub-pixel correction along x and y", Between(0, 1));
     visit("sigma", sigma, "px", "standard deviation of a key point's position", Above(0, 100));
+    visit("photograph_max_lookalikes", photograph_max_lookalikes, "",
+          "share of the key points that look like others elsewhere in the same image, as of rows "
+          "of panels, above which those are kept that have fewest such; of images as those of "
+          "photograph_pixels, but for train-vocab; 1: any",
+          Between(0, 1));
+    visit("lookalike_similarity", lookalike_similarity, "",
+          "cosine similarity above which key points of an image look alike", Between(-1, 1));
+    visit("distinct_candidates", distinct_candidates, "",
+          "key points among which those are then chosen, faint ones too, over how many are kept",
+          Between(1, 10));
   }
 };
 
@@ -82,7 +96,9 @@ class SuperPoint : public Extractor {
   int dimension() const { return network_.dimension(); }
 
  private:
-  Features Describe(const HeatMap& heat_map);
+  Features Find(const HeatMap& heat_map);
+  Features Describe(const HeatMap& heat_map, const PeakOptions& peaks,
+                    const DescriptorMap& map) const;
   std::optional<Keypoint> MakeKeypoint(const Eigen::Vector2f& image_px, float score) const;
 
   Camera camera_;
