@@ -14,6 +14,7 @@
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
 | two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
 | sparse | lines over a village, of which neighbouring photographs share three tenths; one in three is left out |
+| solar | lines over rows of solar panels, all alike, fields between them; solar_rtk: as large_rtk |
 | large | 300 photographs of 4000x3000 from 60 m over a village in lines and cross lines |
 | wide | 934 photographs from 60 m over a village and its fields in lines and cross lines |
 
@@ -22,8 +23,8 @@ once a seed, which is the scene's, too, and stay there. Prints a Markdown table,
 maps, by how much the scale differs between sections of height (each twice as high as the one below; distances between
 the photographs of a section over the true ones, largest over least, in %), by how much the focal length is longer than
 the true one in % and k1 larger, root mean square error of the positions after Sim3 (after Sim3 in plan, horizontally;
-with XMP horizontally and in height where they are said to be on Earth), seconds and memory. Constants are chosen on seeds 4 and up, and reported on 1 to 3. Everything goes to OUT. Needs
-build/deepuav and Python's standard library.
+with XMP horizontally and in height where they are said to be on Earth), seconds and memory. Constants are chosen on
+seeds 4 and up, and reported on 1 to 3. Everything goes to OUT. Needs build/deepuav and Python's standard library.
 """
 import argparse
 import itertools
@@ -66,15 +67,17 @@ FLIGHTS = {
     "large": [("survey", {**LARGE_LENS, "course.length_m": 200, "course.width_m": 180, "course.line_spacing_m": 25,
                           "course.height_m": 60, "course.speed_m_s": 8, "flight.duration_s": 449.5,
                           "camera.rate_hz": 0.6667})],
+    "solar": [("survey", {"flight.scene": "solar", "course.length_m": 110, "course.width_m": 90, "course.line_spacing_m": 16,
+                          "course.height_m": 45, "course.speed_m_s": 8, "camera.rate_hz": 0.6667, "flight.duration_s": 120})],
     "wide": [("survey", {"course.length_m": 380, "course.width_m": 340, "course.line_spacing_m": 25, "course.height_m": 60,
                          "course.speed_m_s": 8, "flight.duration_s": 1400, "camera.rate_hz": 0.6667})],
 }
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
-            "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"),
+            "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"), "solar_rtk": ("solar", "rtk"),
             **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned")}
 NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps",
-         "sparse", "two_heights", "large", "wide"]
+         "sparse", "two_heights", "solar", "solar_rtk", "large", "wide"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
@@ -129,7 +132,8 @@ def with_fix(jpeg, position, generator):
         "GpsLatitude": f"{ORIGIN_DEG[0] + math.degrees(measured[1] / north):+.10f}",
         "GpsLongitude": f"{ORIGIN_DEG[1] + math.degrees(measured[0] / east):+.10f}",
         "AbsoluteAltitude": f"{ORIGIN_ALTITUDE_M + measured[2]:+.3f}", "RtkFlag": "50",
-        "RtkStdLon": f"{RTK_SIGMA_M[0]:.5f}", "RtkStdLat": f"{RTK_SIGMA_M[1]:.5f}", "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}), measured
+        "RtkStdLon": f"{RTK_SIGMA_M[0]:.5f}", "RtkStdLat": f"{RTK_SIGMA_M[1]:.5f}",
+        "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}), measured
 
 
 def as_photographs(simulated, folder, how, seed):
