@@ -1,6 +1,7 @@
 #include "deepuav/survey/pairs/reduced_views.h"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 
 #include "deepuav/place/place_index.h"
@@ -79,6 +80,10 @@ PairCandidate ReducedPair(int reduced, int halvings, int whole, int quarter_turn
   return {reduced, whole, (kHeadings - quarter_turns_of_whole) % kHeadings, halvings};
 }
 
+PairCandidate BothReduced(int view, int other, int halvings) {
+  return {std::min(view, other), std::max(view, other), 0, 0, halvings};
+}
+
 void AddNeighbours(int view, int count, const SurveyOptions& options,
                    std::set<PairCandidate>* pairs) {
   const int first = std::max(0, view - options.sequence_neighbours);
@@ -88,6 +93,29 @@ void AddNeighbours(int view, int count, const SurveyOptions& options,
     for (int halvings = 1; halvings <= SurveyView::kMostHalvings; ++halvings) {
       pairs->insert(ReducedPair(view, halvings, other, 0));
       pairs->insert(ReducedPair(other, halvings, view, 0));
+      pairs->insert(BothReduced(view, other, halvings));
+    }
+  }
+}
+
+/// What looks like views of `outside` when both are reduced alike.
+void AddAlikeReduced(const std::vector<SurveyView>& views, const std::set<int>& outside,
+                     const Vocabulary& vocabulary, const SurveyOptions& options,
+                     std::set<PairCandidate>* pairs) {
+  for (int halvings = 1; halvings <= SurveyView::kMostHalvings; ++halvings) {
+    PlaceIndex index;
+    std::map<int, BagOfWords> of_outside;
+    for (size_t v = 0; v < views.size(); ++v) {
+      if (views[v].Halvings() < halvings) continue;
+      const int view = static_cast<int>(v);
+      BagOfWords words = vocabulary.Words(views[v].FeaturesAt(halvings).descriptors);
+      if (outside.contains(view)) of_outside.emplace(view, words);
+      index.Add(KeyframeId{view}, std::move(words));
+    }
+    for (const auto& [view, words] : of_outside) {
+      const auto is_self = [v = view](KeyframeId id) { return id.value == v; };
+      for (const PlaceIndex::Hit& hit : index.Query(words, options.similar_neighbours, is_self))
+        pairs->insert(BothReduced(view, static_cast<int>(hit.keyframe.value), halvings));
     }
   }
 }
@@ -131,6 +159,7 @@ std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& vie
   const int count = static_cast<int>(views.size());
   for (const int view : outside) AddNeighbours(view, count, options, &pairs);
   if (!vocabulary) return {pairs.begin(), pairs.end()};
+  AddAlikeReduced(views, outside, *vocabulary, options, &pairs);
   std::set<int> every;
   for (int v = 0; v < count; ++v) every.insert(every.end(), v);
   const HeadingIndex of_all(views, every, *vocabulary), of_outside(views, outside, *vocabulary);

@@ -21,8 +21,9 @@ void LookReduced(const Camera& camera, LenslessExtractor* extractor, SurveyView*
 /// `describer` may be null, and `file`: the descriptors are then kept in memory.
 void DescribeMissingHeadings(TurnedDescriber* describer, TemporaryFile* file, SurveyView* view);
 
-/// Pairs of `outside` with any others, of which one is seen reduced: neighbours in the order of the
-/// photographs, and those that it looks like. All views were looked at reduced. By rising a and b.
+/// Pairs of `outside` with any others, of which one, or both alike, are seen reduced: neighbours in
+/// the order of the photographs, and those that it looks like. All views were looked at reduced. By
+/// rising a and b.
 std::vector<PairCandidate> ChooseReducedPairs(const std::vector<SurveyView>& views,
                                               const std::set<int>& outside,
                                               const Vocabulary* vocabulary,

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 
 #include "deepuav/matching/nearest_neighbour.h"
@@ -42,14 +44,9 @@ class PreparedReduced : public LenslessExtractor {
   std::map<std::pair<int, int>, Features> prepared_;
 };
 
-/// Photographs of two heights, a quarter and a whole: what one of them shows at its size looks
-/// otherwise than what the other does, but the lower ones at a quarter of theirs.
-class ReducedViewsTest : public ::testing::Test {
+class PreparedViewsTest : public ::testing::Test {
  protected:
-  ReducedViewsTest() : far_(Ground(), 2), near_(Ground(), 3), extractor_(far_.camera()) {
-    for (const SE3& pose : SurveyPath(2, 4, 6, kHighM)) Add(pose, false);
-    for (const SE3& pose : SurveyPath(3, 6, 4, kLowM)) Add(pose, true);
-  }
+  PreparedViewsTest() : far_(Ground(), 2), near_(Ground(), 3), extractor_(far_.camera()) {}
 
   static SyntheticWorld Ground() {
     Random random(1);
@@ -58,22 +55,27 @@ class ReducedViewsTest : public ::testing::Test {
     return geometry;
   }
 
-  void Add(const SE3& pose, bool is_low) {
-    Random random(views_.size() + 10);
+  /// Of a photograph that looks as `world` does, the number.
+  int Add(const SE3& pose, FeatureWorld* world, Random* random) {
     const int number = static_cast<int>(views_.size());
-    const FeatureNoise noise{0.4, 0.2, 0, 20};
     SurveyView view;
     view.frame.id = {number};
     view.frame.time = {number * 1000000000LL};
-    view.frame.features = (is_low ? near_ : far_).View(pose, noise, &random).features;
+    view.frame.features = world->View(pose, noise_, random).features;
     view.frame.image =
         std::make_shared<const ImagePyramid>(NumberedImage(number, far_.camera()), 3);
     views_.push_back(std::move(view));
-    if (!is_low) return;
-    Features quarter = *far_.View(pose, noise, &random).features;
-    for (Keypoint& keypoint : quarter.keypoints)
-      keypoint.image_px = ((keypoint.image_px.array() + 0.5f) / 4 - 0.5f).matrix();
-    extractor_.Prepare(number, 2, std::move(quarter));
+    return number;
+  }
+
+  /// What a photograph shows at a part of its size.
+  void PrepareReduced(int number, int halvings, const SE3& pose, FeatureWorld* world,
+                      Random* random) {
+    Features reduced = *world->View(pose, noise_, random).features;
+    const auto factor = static_cast<float>(1 << halvings);
+    for (Keypoint& keypoint : reduced.keypoints)
+      keypoint.image_px = ((keypoint.image_px.array() + 0.5f) / factor - 0.5f).matrix();
+    extractor_.Prepare(number, halvings, std::move(reduced));
   }
 
   SurveyOutcome Run(LenslessExtractor* reduced) {
@@ -87,10 +89,66 @@ class ReducedViewsTest : public ::testing::Test {
         .Run(views_);
   }
 
+  const FeatureNoise noise_{0.4, 0.2, 0, 20};
   FeatureWorld far_, near_;
   std::vector<SurveyView> views_;
   PreparedReduced extractor_;
 };
+
+/// Photographs of two heights, a quarter and a whole: what one of them shows at its size looks
+/// otherwise than what the other does, but the lower ones at a quarter of theirs.
+class ReducedViewsTest : public PreparedViewsTest {
+ protected:
+  ReducedViewsTest() {
+    for (const SE3& pose : SurveyPath(2, 4, 6, kHighM)) {
+      Random random(views_.size() + 10);
+      Add(pose, &far_, &random);
+    }
+    for (const SE3& pose : SurveyPath(3, 6, 4, kLowM)) {
+      Random random(views_.size() + 10);
+      const int number = Add(pose, &near_, &random);
+      PrepareReduced(number, 2, pose, &far_, &random);
+    }
+  }
+};
+
+/// Of the photographs of one height two are blurred: they look like the others only where both are
+/// seen at half of their size.
+class BlurredViewsTest : public PreparedViewsTest {
+ protected:
+  BlurredViewsTest()
+      : halved_(Ground(), 4), blurs_{FeatureWorld(Ground(), 5), FeatureWorld(Ground(), 6)} {
+    size_t blurred = 0;
+    for (const SE3& pose : SurveyPath(2, 4, 6, kHighM)) {
+      Random random(views_.size() + 10);
+      const bool is_blurred = views_.size() == 2 || views_.size() == 5;
+      const int number = Add(pose, is_blurred ? &blurs_[blurred++] : &far_, &random);
+      PrepareReduced(number, 1, pose, &halved_, &random);
+    }
+  }
+
+  FeatureWorld halved_;
+  std::array<FeatureWorld, 2> blurs_;
+};
+
+TEST_F(BlurredViewsTest, ComeInWhereBothAreSeenAtHalfTheirSize) {
+  const auto located = [](const SurveyOutcome& outcome) {
+    return std::ranges::count_if(outcome.places,
+                                 [](const auto& place) { return place.map.valid(); });
+  };
+  EXPECT_EQ(located(Run(nullptr)), 6);
+  const SurveyOutcome outcome = Run(&extractor_);
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  ASSERT_EQ(located(outcome), 8);
+  const Map& map = outcome.atlas.At(outcome.atlas.Remaining().front());
+  const auto step = [&](size_t a, size_t b) {
+    return (map.At(outcome.places[a].keyframe).cam_from_world.InverseTranslation() -
+            map.At(outcome.places[b].keyframe).cam_from_world.InverseTranslation())
+        .norm();
+  };
+  EXPECT_NEAR(step(2, 1) / step(0, 1), 1, 0.02);
+  EXPECT_NEAR(step(5, 6) / step(6, 7), 1, 0.02);
+}
 
 TEST_F(ReducedViewsTest, TwoHeightsAreOneMapOnlyWhereTheLowerAreReduced) {
   EXPECT_EQ(Run(nullptr).atlas.Remaining().size(), 2u);
@@ -142,15 +200,15 @@ TEST_F(ReducedViewsTest, KeyPointsComeInPixelsOfTheWholeImageOnce) {
   EXPECT_EQ(view.Halvings(), 0);
 }
 
-TEST(ReducedPairsTest, OfWhoIsOutsideAloneEitherMayBeReduced) {
+TEST(ReducedPairsTest, OfWhoIsOutsideAloneEitherMayBeReducedOrBoth) {
   std::vector<SurveyView> views(4);
   for (SurveyView& view : views)
     view.frame.features =
         std::make_shared<const Features>(Features{{}, Descriptors(FeatureWorld::kDimension)});
   SurveyOptions options;
   options.sequence_neighbours = 1;
-  const std::vector<PairCandidate> expected = {
-      {2, 3, 0, -2}, {2, 3, 0, -1}, {2, 3, 0, 1}, {2, 3, 0, 2}};
+  const std::vector<PairCandidate> expected = {{2, 3, 0, -2},   {2, 3, 0, -1}, {2, 3, 0, 0, 1},
+                                               {2, 3, 0, 0, 2}, {2, 3, 0, 1},  {2, 3, 0, 2}};
   EXPECT_EQ(ChooseReducedPairs(views, {3}, nullptr, options), expected);
   EXPECT_TRUE(ChooseReducedPairs(views, {}, nullptr, options).empty());
 }

@@ -57,7 +57,7 @@ std::vector<MatchedPair> PairMatching::Match(const std::vector<PairCandidate>& c
 }
 
 std::vector<Match> PairMatching::MatchCandidate(const PairCandidate& candidate) {
-  if (candidate.halvings != 0) return MatchReduced(candidate);
+  if (candidate.halvings != 0 || candidate.common_halvings != 0) return MatchReduced(candidate);
   if (candidate.quarter_turns == 0) return MatchUpright(candidate);
   return MatchTurned(candidate);
 }
@@ -91,11 +91,12 @@ std::vector<Match> PairMatching::MatchUpright(const PairCandidate& candidate) {
   return learned.size() > verified.size() ? learned : verified;
 }
 
-/// Of the two the one that is not reduced is turned.
+/// Of the two the one that is not reduced is turned; none where both are.
 std::vector<Match> PairMatching::MatchReduced(const PairCandidate& candidate) {
   const SurveyView& a = (*views_)[static_cast<size_t>(candidate.a)];
   const SurveyView& b = (*views_)[static_cast<size_t>(candidate.b)];
-  const int of_a = std::max(0, candidate.halvings), of_b = std::max(0, -candidate.halvings);
+  const int of_a = candidate.common_halvings + std::max(0, candidate.halvings);
+  const int of_b = candidate.common_halvings + std::max(0, -candidate.halvings);
   if (a.Halvings() < of_a || b.Halvings() < of_b) return {};
   const bool a_is_whole = of_a == 0;
   const int turns = (a_is_whole ? candidate.quarter_turns : 4 - candidate.quarter_turns) % 4;

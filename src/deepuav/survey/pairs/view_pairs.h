@@ -50,8 +50,9 @@ struct SurveyView {
 /// Two photographs that may show the same ground.
 struct PairCandidate {
   int a = 0, b = 0;
-  int quarter_turns = 0;  ///< Clockwise, of a, after which it looks like b.
-  int halvings = 0;       ///< Of the size of a; negative: of b.
+  int quarter_turns = 0;    ///< Clockwise, of a, after which it looks like b.
+  int halvings = 0;         ///< Of the size of a; negative: of b.
+  int common_halvings = 0;  ///< Of both, besides: what a blur leaves is then alike.
 
   auto operator<=>(const PairCandidate&) const = default;
 };
