@@ -112,7 +112,8 @@ class VideoDataset : public Dataset {
   Camera stored_camera_, camera_;
   CalibrationSource source_;
   double rate_hz_ = 0;
-  int in_hand_ = -1;  ///< The frame that video_ decoded last.
+  int in_hand_ = -1;  ///< The frame that video_ decoded last; beyond the last: none.
+  int last_ = std::numeric_limits<int>::max();  ///< That can be decoded, once that is known.
   bool is_damaged_ = false;
   std::set<int> damaged_;
 };
@@ -153,7 +154,11 @@ void VideoDataset::ReadRate(const VideoCalibration& calibration) {
 /// By its time, as one that cannot be decoded is not given; else the one after the last.
 bool VideoDataset::Advance() {
   const auto picture = video_.Next();
-  if (!picture) return false;
+  if (!picture) {
+    last_ = in_hand_;
+    in_hand_ = packets_.count;  // Its pixels are gone: it is to be decoded again.
+    return false;
+  }
   const std::vector<int64_t>& shown_ns = packets_.shown_ns;
   const auto place = picture->shown_ns
                          ? std::lower_bound(shown_ns.begin(), shown_ns.end(), *picture->shown_ns)
@@ -166,6 +171,7 @@ bool VideoDataset::Advance() {
 
 cv::Mat VideoDataset::Decode(int frame) {
   CheckFrame(frame);
+  if (frame > last_) throw Error("{}: cannot be decoded", Name(frame));
   if (frame < in_hand_) {
     video_.Rewind();
     in_hand_ = -1;

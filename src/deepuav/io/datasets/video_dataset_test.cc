@@ -126,6 +126,25 @@ TEST_F(VideoDatasetTest, AFrameThatCannotBeDecodedDoesNotShiftThoseAfterIt) {
   for (int frame : {6, 7, 4}) EXPECT_NEAR(Grey(dataset->Load(frame)), 20 * frame, 3) << frame;
 }
 
+TEST_F(VideoDatasetTest, WhereTheLastCannotBeDecodedTheOneBeforeCanBeHadAgain) {
+  std::string bytes = ReadAll(video_);
+  size_t place = 0;
+  for (int i = 0; i < kFrames; ++i) place = bytes.find("\xff\xd8\xff", place + 1);
+  ASSERT_NE(place, std::string::npos);
+  ASSERT_EQ(bytes.find("\xff\xd8\xff", place + 1), std::string::npos);
+  const size_t end = bytes.find("\xff\xd9", place);
+  std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(place),
+            bytes.begin() + static_cast<std::ptrdiff_t>(end), '\0');
+  folder_.Write("flight.avi", bytes);
+  const auto dataset = OpenDataset(video_);
+  ASSERT_EQ(dataset->size(), kFrames);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(ErrorOf([&] { dataset->Load(kFrames - 1); }),
+              fmt::format("{} frame {}: cannot be decoded", video_.string(), kFrames - 1));
+    EXPECT_NEAR(Grey(dataset->Load(kFrames - 2)), 20 * (kFrames - 2), 3);
+  }
+}
+
 /// Pictures of noise that moves, so that they build on one another and every byte counts.
 class BuildingVideoTest : public ::testing::Test {
  protected:
