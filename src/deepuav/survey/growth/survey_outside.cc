@@ -17,7 +17,8 @@ std::set<int> SurveyMapper::Outside(const SurveyState& known, const std::set<int
   return outside;
 }
 
-/// Photographs that stayed outside of the map may be from another height than those they overlap.
+/// Photographs that stayed outside of the map may be from another height than those they overlap,
+/// or blurred.
 bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& taken,
                                 std::vector<MatchedPair>* pairs,
                                 const std::function<bool()>& stop) {
@@ -35,8 +36,8 @@ bool SurveyMapper::MatchReduced(const SurveyState& known, const std::set<int>& t
     if (tried_.insert(pair).second) candidates.push_back(pair);
   }
   std::vector<MatchedPair> more = Matching().Match(candidates, stop);
-  Log().debug("{} photographs outside: {} of {} pairs were matched with one of them reduced",
-              outside.size(), more.size(), candidates.size());
+  Log().debug("{} photographs outside: {} of {} pairs were matched reduced", outside.size(),
+              more.size(), candidates.size());
   for (MatchedPair& pair : more) pairs->push_back(std::move(pair));
   return !more.empty();
 }

@@ -8,7 +8,7 @@
 
 #include "deepuav/matching/nearest_neighbour.h"
 #include "deepuav/survey/survey_mapper.h"
-#include "support/synthetic_features.h"
+#include "support/synthetic_places.h"
 
 namespace deepuav {
 namespace {
@@ -198,6 +198,34 @@ TEST_F(ReducedViewsTest, KeyPointsComeInPixelsOfTheWholeImageOnce) {
   view.frame.image.reset();
   LookReduced(far_.camera(), &extractor_, &view);
   EXPECT_EQ(view.Halvings(), 0);
+}
+
+TEST(ReducedPairsTest, AreOfWhatLooksAlikeReducedAlike) {
+  constexpr int kViews = 6, kKeypoints = 150;
+  Random random(7);
+  const auto look = [&] {
+    return std::make_shared<const Features>(
+        RandomFeatures(kKeypoints, 640, 480, FeatureWorld::kDimension, &random));
+  };
+  std::vector<SurveyView> views(kViews);
+  for (SurveyView& view : views) {
+    view.features_by_halvings = {look(), look(), look()};
+    view.frame.features = view.features_by_halvings.front();
+  }
+  views[4].features_by_halvings[1] = views[1].features_by_halvings[1];
+  views[3].features_by_halvings[2] = views[4].features_by_halvings[2];
+  std::vector<Descriptors> looks;
+  for (const SurveyView& view : views) {
+    for (const auto& features : view.features_by_halvings) looks.push_back(features->descriptors);
+  }
+  const Vocabulary vocabulary = VocabularyOf(looks);
+  SurveyOptions options;
+  options.sequence_neighbours = 0;
+  options.similar_neighbours = 1;
+  const auto both = [](const PairCandidate& pair) { return pair.common_halvings > 0; };
+  std::vector<PairCandidate> pairs = ChooseReducedPairs(views, {4}, &vocabulary, options);
+  std::erase_if(pairs, [&](const PairCandidate& pair) { return !both(pair); });
+  EXPECT_EQ(pairs, (std::vector<PairCandidate>{{1, 4, 0, 0, 1}, {3, 4, 0, 0, 2}}));
 }
 
 TEST(ReducedPairsTest, OfWhoIsOutsideAloneEitherMayBeReducedOrBoth) {
