@@ -20,9 +20,9 @@ def weaving(frame):
     return frame * STEP_M + 0.3 * math.sin(0.5 * frame), 0.3 * math.cos(0.4 * frame)
 
 
-def euroc(folder, frames, seed=1, path=straight, readout_s=0):
+def euroc(folder, frames, seed=1, path=straight, readout_s=0, rows_of=lambda rows: rows):
     """An EuRoC sequence of a camera that moves sideways, 10 images a second, and does not say how long it takes to read
-    one, row by row."""
+    one, row by row. `rows_of` makes of an image's rows those that are written."""
     data = folder / "mav0/cam0/data"
     data.mkdir(parents=True)
     cards = make_cards(random.Random(seed))
@@ -30,7 +30,7 @@ def euroc(folder, frames, seed=1, path=straight, readout_s=0):
     for index in range(frames):
         time = 10**9 + index * 10**8
         places = [path(index + (row / (HEIGHT - 1) - 0.5) * readout_s * 10) for row in range(HEIGHT)]
-        (data / f"{time}.png").write_bytes(png(draw_by_rows(cards, places)))
+        (data / f"{time}.png").write_bytes(png(rows_of(draw_by_rows(cards, places))))
         lines.append(f"{time},{time}.png")
     (folder / "mav0/cam0/data.csv").write_text("\n".join(lines) + "\n")
     (folder / "mav0/cam0/sensor.yaml").write_text(

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "deepuav/base/option_check.h"
@@ -35,6 +36,11 @@ SuperPointOptions SuperPointOptions::OfPhotographs() const {
   options.network_pixels = photograph_pixels;
   options.of_photographs = true;
   return options;
+}
+
+void SuperPointOptions::LimitPixels(double pixels) {
+  for (double* limited : {&network_pixels, &photograph_pixels})
+    *limited = *limited > 0 ? std::min(*limited, pixels) : pixels;
 }
 
 SuperPoint::SuperPoint(const Camera& camera, const SuperPointOptions& options,

@@ -15,6 +15,7 @@ struct SuperPointOptions {
   std::string model;
   double network_pixels = 400'000;
   double photograph_pixels = 0;
+  bool reduce_soft = true;
   int keypoints = 1000;
   double threshold = 0.005;
   int faint_keypoints = 450;
@@ -33,6 +34,8 @@ struct SuperPointOptions {
   void Check() const;
   /// The same for photographs, for which there is time.
   SuperPointOptions OfPhotographs() const;
+  /// Of images, or photographs, no more pixels than so many are seen.
+  void LimitPixels(double pixels);
 
   template <typename Visitor>
   void Visit(Visitor&& visit) {
@@ -46,6 +49,9 @@ struct SuperPointOptions {
           "the same of photographs that are mapped at once or looked for in a map, of images that "
           "are to tell a lens, and of those that match and train-vocab see",
           ZeroOr(Between(1e4, 4e8)));
+    visit("reduce_soft", reduce_soft, "",
+          "whether images of a dataset in which the network finds more key points at a half of "
+          "their pixels or fewer, as of thermal cameras, are reduced to as many for it");
     visit("keypoints", keypoints, "", "key points kept in an image, the best", Between(1, 20'000));
     visit("threshold", threshold, "", "detection probability that a key point must exceed",
           Below(0, 1));

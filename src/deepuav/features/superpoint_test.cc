@@ -105,6 +105,19 @@ TEST_F(SuperPointToy, SeesPhotographsWhole) {
   EXPECT_EQ(options.OfPhotographs().network_pixels, 64 * 48);
 }
 
+TEST(SuperPointOptions, ALimitOfPixelsLeavesWhatIsFewer) {
+  SuperPointOptions options;
+  options.network_pixels = 100'000;
+  options.photograph_pixels = 0;
+  options.LimitPixels(200'000);
+  EXPECT_EQ(options.network_pixels, 100'000);
+  EXPECT_EQ(options.photograph_pixels, 200'000);
+  EXPECT_EQ(options.OfPhotographs().network_pixels, 200'000);
+  options.LimitPixels(50'000);
+  EXPECT_EQ(options.network_pixels, 50'000);
+  EXPECT_EQ(options.photograph_pixels, 50'000);
+}
+
 TEST_F(SuperPointToy, KeepsTheBest) {
   GreyImage image = Dots(64, 64, {});
   image(10, 10) = 150;

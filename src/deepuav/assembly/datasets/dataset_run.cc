@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "deepuav/assembly/datasets/soft_sample.h"
 #include "deepuav/assembly/settings/wrong_use.h"
 #include "deepuav/base/logging.h"
 #include "deepuav/io/files/options_file.h"
@@ -74,6 +75,7 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   if (!request_.map.empty())
     loaded = LoadMaps(request_.map, dataset_->camera(), dataset_->CalibrationIsApproximate());
   const bool is_survey = IsSurvey();
+  LimitSeenPixels(loaded, hooks.stop);
   std::optional<SampleCalibration> sample;
   if (!loaded && !is_survey) sample = CalibrateFromSample(dataset_.get(), options_, hooks.stop);
   if (sample) {
@@ -110,6 +112,15 @@ FinishedRun DatasetRun::Run(const RunHooks& hooks) {
   run.facts.calibration = DescribeCalibration(dataset_->stored_camera(),
                                               dataset_->Calibration().text, run.camera, lens_);
   return run;
+}
+
+/// To what counts of soft images; to what maps that are gone on with were seen at.
+void DatasetRun::LimitSeenPixels(const std::optional<LoadedAtlas>& loaded,
+                                 const std::function<bool()>& stop) {
+  CheckModels(options_);
+  const auto pixels = loaded ? PixelsSeenBefore(loaded->origin, options_.features)
+                             : FindSoftPixels(options_, request_.range, stop, dataset_.get());
+  if (pixels) options_.features.LimitPixels(*pixels);
 }
 
 RunFacts DatasetRun::FactsBefore(const Eyes& eyes, const std::optional<LoadedAtlas>& loaded) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -49,6 +50,7 @@ class DatasetRun {
   FinishedRun Run(const RunHooks& hooks);
 
  private:
+  void LimitSeenPixels(const std::optional<LoadedAtlas>& loaded, const std::function<bool()>& stop);
   RunFacts FactsBefore(const Eyes& eyes, const std::optional<LoadedAtlas>& loaded) const;
   void RunAsSurvey(const Camera& camera, Eyes* eyes, const RunHooks& hooks, FinishedRun* run);
   void RunInOrder(const Camera& camera, Eyes* eyes, std::optional<LoadedAtlas> loaded,

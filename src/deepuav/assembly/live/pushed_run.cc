@@ -26,9 +26,14 @@ const PushRequest& Checked(const PushRequest& request, const RunOptions& options
   return request;
 }
 
-std::optional<LoadedAtlas> MapsOf(const PushRequest& request, const Camera& working) {
+/// Nothing where none are gone on with. Images are then seen as theirs were.
+std::optional<LoadedAtlas> MapsOf(const PushRequest& request, RunOptions* options) {
   if (request.map.empty()) return std::nullopt;
-  return LoadMaps(request.map, working, request.calibration.focal_sigma > 0);
+  const Camera working = WorkingCamera(request.camera, options->images.working_pixels);
+  LoadedAtlas loaded = LoadMaps(request.map, working, request.calibration.focal_sigma > 0);
+  if (const auto pixels = PixelsSeenBefore(loaded.origin, options->features))
+    options->features.LimitPixels(*pixels);
+  return loaded;
 }
 
 std::unique_ptr<RunSettings> BoundedIfLive(std::unique_ptr<RunSettings> settings,
@@ -70,8 +75,7 @@ PushedRun::PushedRun(const PushRequest& request, std::unique_ptr<RunSettings> se
       schedule_(ParseSchedule(request_.schedule)),
       settings_(BoundedIfLive(std::move(settings), schedule_)),
       kept_samples_(schedule_ == Schedule::kLive ? kLiveSamples : 0),
-      loaded_(MapsOf(request_,
-                     WorkingCamera(request_.camera, settings_->options.images.working_pixels))),
+      loaded_(MapsOf(request_, &settings_->options)),
       camera_(loaded_ ? loaded_->camera
                       : WorkingCamera(request_.camera, settings_->options.images.working_pixels)),
       eyes_(camera_, settings_->options),

@@ -1,5 +1,7 @@
 #include "deepuav/assembly/maps/loaded_maps.h"
 
+#include <regex>
+
 #include "deepuav/assembly/settings/camera_checks.h"
 #include "deepuav/base/error.h"
 #include "deepuav/base/logging.h"
@@ -29,6 +31,16 @@ LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_appr
   loaded.camera.readout_s = camera.readout_s;
   CheckSameCamera(file, there, camera, "the dataset's", is_approximate);
   return loaded;
+}
+
+std::optional<double> PixelsSeenBefore(const MapOrigin& origin, const SuperPointOptions& options) {
+  constexpr double kSame = 0.9;  // Of pixels: sides are whole cells of the network.
+  static const std::regex at_size(" at ([0-9]{1,5})x([0-9]{1,5})$");
+  std::smatch found;
+  if (!std::regex_search(origin.features, found, at_size)) return std::nullopt;
+  const double pixels = std::stod(found[1]) * std::stod(found[2]);
+  const bool is_fewer = options.network_pixels == 0 || pixels < kSame * options.network_pixels;
+  return is_fewer ? std::optional(pixels) : std::nullopt;
 }
 
 void CheckNetwork(const std::string& file, const LoadedAtlas& loaded, const Eyes& eyes) {

@@ -13,6 +13,10 @@ namespace deepuav {
 /// only where `is_approximate`. Throws Error where the images were not taken with the maps' camera.
 LoadedAtlas LoadMaps(const std::string& file, const Camera& camera, bool is_approximate);
 
+/// At how many pixels the network saw what the maps were made of last, where that is fewer than the
+/// options would have it see of images in order.
+std::optional<double> PixelsSeenBefore(const MapOrigin& origin, const SuperPointOptions& options);
+
 /// Throws Error where descriptors cannot be compared, warns where they may differ.
 void CheckNetwork(const std::string& file, const LoadedAtlas& loaded, const Eyes& eyes);
 

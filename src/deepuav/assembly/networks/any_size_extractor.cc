@@ -56,6 +56,12 @@ AnySizeExtractor::Networks::Networks(const cv::Size& wanted_size, const SuperPoi
                                      const InferenceOptions& inference)
     : size(wanted_size), upright(CameraOfSize(wanted_size), options, inference) {}
 
+SuperPointOptions AnySizeExtractor::OptionsFor(const cv::Size& size) const {
+  SuperPointOptions options = options_;
+  if (seen_share_ > 0) options.network_pixels = seen_share_ * size.area();
+  return options;
+}
+
 AnySizeExtractor::Networks& AnySizeExtractor::NetworksFor(const cv::Size& size) {
   const auto found = std::find_if(networks_.begin(), networks_.end(),
                                   [&](const Networks& one) { return one.size == size; });
@@ -63,7 +69,7 @@ AnySizeExtractor::Networks& AnySizeExtractor::NetworksFor(const cv::Size& size) 
     networks_.splice(networks_.begin(), networks_, found);
   } else {
     if (networks_.size() == kSizesKept) networks_.pop_back();
-    networks_.emplace_front(size, options_, inference_);
+    networks_.emplace_front(size, OptionsFor(size), inference_);
   }
   return networks_.front();
 }
@@ -76,7 +82,7 @@ TurnedDescriptors AnySizeExtractor::DescribeTurned(const GreyImage& image,
                                                    const Features& features) {
   Networks& networks = NetworksFor(image.size());
   if (!networks.turned) {
-    const SeenSize size(image.cols, image.rows, options_.network_pixels);
+    const SeenSize size(image.cols, image.rows, OptionsFor(image.size()).network_pixels);
     networks.turned.emplace(size, options_.model, inference_);
   }
   return networks.turned->Describe(image, features);

@@ -34,8 +34,10 @@ ReducedImage LoadReduced(const std::filesystem::path& file, int max_side_px);
 /// sizes: making one takes longer than running it.
 class AnySizeExtractor : public LenslessExtractor {
  public:
-  AnySizeExtractor(const SuperPointOptions& options, const InferenceOptions& inference)
-      : options_(options), inference_(inference) {}
+  /// `seen_share`: of the pixels of each image that the network sees; 0: what the options say.
+  AnySizeExtractor(const SuperPointOptions& options, const InferenceOptions& inference,
+                   double seen_share = 0)
+      : options_(options), inference_(inference), seen_share_(seen_share) {}
 
   Features Extract(const GreyImage& image) override;
   /// `features` are of `image`.
@@ -51,10 +53,12 @@ class AnySizeExtractor : public LenslessExtractor {
     std::optional<SuperPointTurned> turned;
   };
 
+  SuperPointOptions OptionsFor(const cv::Size& size) const;
   Networks& NetworksFor(const cv::Size& size);
 
   const SuperPointOptions options_;
   const InferenceOptions inference_;
+  const double seen_share_;
   std::list<Networks> networks_;  ///< The last used first.
 };
 

@@ -1,10 +1,20 @@
 #include "deepuav/assembly/networks/eyes.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "deepuav/base/error.h"
 
 namespace deepuav {
+namespace {
+
+/// Of the pixels of an image: what is looked at reduced is reduced beyond that.
+double SeenShare(const Camera& camera, const SuperPointOptions& options) {
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  return options.network_pixels > 0 ? std::min(1.0, options.network_pixels / pixels) : 1.0;
+}
+
+}  // namespace
 
 Eyes::Eyes(const Camera& camera, const RunOptions& options)
     : models_(CheckModels(options)),
@@ -12,7 +22,7 @@ Eyes::Eyes(const Camera& camera, const RunOptions& options)
       matcher_(MakeMatcher(options, camera)),
       matcher_is_learned_(NeedsSuperGlue(options)),
       vocabulary_file_(options.places.vocabulary),
-      any_size_(options.features, options.inference) {
+      any_size_(options.features, options.inference, SeenShare(camera, options.features)) {
   if (!RecognisesPlaces(options)) return;
   if (NeedsSuperGlue(options)) quick_matcher_.emplace(options.matching);
   vocabulary_.emplace(Vocabulary::Load(vocabulary_file_));
