@@ -6,6 +6,7 @@
 import itertools
 import json
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -61,6 +62,15 @@ class SoftImages(unittest.TestCase):
                                     "--set", "features.reduce_soft=false")
         self.assertEqual(again["features"], summary["features"])
         self.assertNotIn("made with", said)
+
+    def test_photographs_are_looked_at_further_reduced(self):
+        photographs = layered_scene.photographs(self.soft, self.folder / "photographs")
+        elsewhere = layered_scene.euroc(self.folder / "elsewhere", 1, seed=2, rows_of=soft)
+        shutil.copy(next((elsewhere / "mav0/cam0/data").iterdir()), photographs / "9999.png")
+        summary, said = self.run_over(photographs, "survey")
+        self.assertRegex(summary["features"], " at [0-9]+x[0-9]+$")
+        self.assertIn("1 photographs are in no map: 9999.png", said)
+        self.assertNotIn("network_pixels is", said)
 
     def test_asked_to_they_are_seen_whole(self):
         summary, _ = self.run_over(self.soft, "whole", "--set", "features.reduce_soft=false")

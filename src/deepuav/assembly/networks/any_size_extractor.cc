@@ -8,6 +8,7 @@ namespace deepuav {
 namespace {
 
 constexpr size_t kSizesKept = 4;
+constexpr double kFewestPixels = 1e4;  // As features.network_pixels, at least.
 
 /// An image without a calibration: key points stay where they are.
 Camera CameraOfSize(const cv::Size& size) {
@@ -58,7 +59,7 @@ AnySizeExtractor::Networks::Networks(const cv::Size& wanted_size, const SuperPoi
 
 SuperPointOptions AnySizeExtractor::OptionsFor(const cv::Size& size) const {
   SuperPointOptions options = options_;
-  if (seen_share_ > 0) options.network_pixels = seen_share_ * size.area();
+  if (seen_share_ > 0) options.network_pixels = std::max(kFewestPixels, seen_share_ * size.area());
   return options;
 }
 
