@@ -19,7 +19,6 @@ The photographs are grey and told nothing (no EXIF). Everything goes to OUT, the
 build/deepuav and Pillow (in .venv after scripts/test.sh).
 """
 import argparse
-import json
 import shutil
 import sys
 from pathlib import Path
@@ -27,7 +26,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
 import damaged_images  # noqa: E402
-from surveys import evaluate, poses, run, table_row, write_positions  # noqa: E402
+from place_datasets import require_libraries  # noqa: E402
+from surveys import evaluate, main_map, run, table_row, write_positions  # noqa: E402
 
 SOME, SOME_BLUR, ALL_BLUR = 4, 0.012, 0.006
 NOISE, DARKEST, BRIGHTEST = 20, 0.4, 1.7
@@ -74,15 +74,6 @@ def write_damaged(photographs, damage, folder):
             DAMAGES[damage](image.convert("L"), number).save(folder / f"{number:04}.jpg", quality=92)
 
 
-def main_map(result):
-    """Where the photographs of the main map were taken, by number: without EXIF their times are their numbers."""
-    folder = Path(result["folder"])
-    main = str(json.loads((folder / "summary.json").read_text())["main_map"])
-    rows = [line.split(",") for line in (folder / "frames.csv").read_text().splitlines()[1:]]
-    in_main = {int(row[0]) for row in rows if row[3] == main}
-    return {round(time): pose[:3] for time, pose in poses(folder / "trajectory.txt") if round(time) in in_main}
-
-
 def error_share(places, truth, out):
     """In % of the largest side of the truth."""
     write_positions(out / "truth.txt", list(truth.items()))
@@ -100,8 +91,7 @@ def main():
     parser.add_argument("--set", nargs="*", default=[], help="options passed on to run, name=value")
     parser.add_argument("--out", type=Path, default=ROOT / "out/damaged_surveys")
     arguments = parser.parse_args()
-    if damaged_images.MISSING:
-        parser.error(f"needs {damaged_images.MISSING}")
+    require_libraries(parser.prog)
     photographs, places = photographs_in(arguments.folder)
     photographs = photographs[:arguments.photographs]
     damages = arguments.damages if places or arguments.damages[:1] == ["whole"] else ["whole", *arguments.damages]
@@ -115,7 +105,7 @@ def main():
         if "failure" in result and not truth:
             raise SystemExit(f"damaged_surveys.py: no measure: {result['failure']}")
         if "failure" not in result:
-            found = main_map(result)
+            found = main_map(Path(result["folder"]))
             result["error"] = error_share(found, truth, out) if truth else None
             truth = truth or found
         print(table_row(result, damage, ["{focal_px:.1f} ({focal_sigma_px:.1f})", "{k1:.3f}", "{error:.4f}"]), flush=True)

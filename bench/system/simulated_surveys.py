@@ -39,7 +39,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/system"))
-from surveys import evaluate, poses, run, table_row, write_positions  # noqa: E402
+from surveys import evaluate, main_map, run, table_row, write_positions  # noqa: E402
 
 PROGRAM = ROOT / "build/deepuav"
 K1 = -0.25
@@ -203,10 +203,7 @@ def measure(name, seed, arguments):
     if "failure" in result:
         return {**result, "seed": seed}
     folder = Path(result["folder"])
-    summary = json.loads((folder / "summary.json").read_text())
-    rows = [line.split(",") for line in (folder / "frames.csv").read_text().splitlines()[1:]]
-    in_main = {int(row[0]) for row in rows if row[3] == str(summary["main_map"])}
-    places = {round(time): pose[:3] for time, pose in poses(folder / "trajectory.txt") if round(time) in in_main}
+    places = main_map(folder)
     write_positions(out / "truth.txt", [(number, position) for number, position in enumerate(truth)])
     write_positions(out / "main.txt", list(places.items()))
     full = evaluate(out / "truth.txt", out / "main.txt")

@@ -54,6 +54,14 @@ def poses(file):
     return [(float(row[0]), [float(value) for value in row[1:]]) for row in rows]
 
 
+def main_map(folder):
+    """Where the photographs of a run's main map were taken, by number: without EXIF their times are their numbers."""
+    main = str(json.loads((folder / "summary.json").read_text())["main_map"])
+    rows = [line.split(",") for line in (folder / "frames.csv").read_text().splitlines()[1:]]
+    in_main = {int(row[0]) for row in rows if row[3] == main}
+    return {round(time): pose[:3] for time, pose in poses(folder / "trajectory.txt") if round(time) in in_main}
+
+
 def write_positions(file, timed):
     Path(file).write_text("".join(f"{t:.6f} {x:.6f} {y:.6f} {z:.6f} 0 0 0 1\n" for t, (x, y, z) in timed))
 
