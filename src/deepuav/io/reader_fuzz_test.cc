@@ -2,7 +2,9 @@
 
 #include "deepuav/image/image.h"
 #include "deepuav/io/cameras/exif.h"
+#include "deepuav/io/cameras/found_camera.h"
 #include "deepuav/io/cameras/xmp.h"
+#include "deepuav/io/cameras/xmp_lens.h"
 #include "deepuav/io/datasets/dataset.h"
 #include "deepuav/io/datasets/kitti_calibration.h"
 #include "deepuav/io/files/options_file.h"
@@ -242,8 +244,8 @@ TestExif FullExif() {
 }
 
 TEST_F(ReaderFuzzTest, Exif) {
-  const Strings seeds = {Photograph(16, 16, 1, FullExif()), PngPhotograph(16, 16, 1, FullExif()),
-                         ExifBlockBytes(FullExif())};
+  const Strings seeds = {JpegPhotograph(16, 16, 1, FullExif()),
+                         PngPhotograph(16, 16, 1, FullExif()), ExifBlockBytes(FullExif())};
   for (const std::string& seed : seeds) {
     ASSERT_TRUE(ParseExif({reinterpret_cast<const uint8_t*>(seed.data()), seed.size()}).fix);
   }
@@ -274,8 +276,20 @@ TEST_F(ReaderFuzzTest, Xmp) {
       "drone-dji:RtkStdLon=\"0.011\" drone-dji:RtkStdLat=\"0.012\" drone-dji:RtkStdHgt=\"0.026\" "
       "Camera:GPSXYAccuracy=\"0.03\" Camera:GPSZAccuracy=\"0.05\" "
       "drone-dji:GimbalYawDegree=\"+91.2\" drone-dji:GimbalPitchDegree=\"-89.9\" "
-      "drone-dji:GimbalRollDegree=\"0.1\""};
+      "drone-dji:GimbalRollDegree=\"0.1\" "
+      "drone-dji:DewarpData=\"2019-03-13;3660,3653,-7,44,-0.27,0.11,-0.0001,0.0003,-0.035\"",
+      "<Camera:ModelType>perspective</Camera:ModelType><Camera:PrincipalPoint>2.4,1.8"
+      "</Camera:PrincipalPoint><Camera:PerspectiveFocalLength>5.4</Camera:PerspectiveFocalLength>"
+      "<Camera:PerspectiveFocalLengthUnits>mm</Camera:PerspectiveFocalLengthUnits>"
+      "<Camera:PerspectiveDistortion>-0.1,0.15,-0.05,0.0002,0.0007</Camera:PerspectiveDistortion>"
+      "<Camera:BandName><rdf:Seq><rdf:li>NIR</rdf:li></rdf:Seq></Camera:BandName>"};
   ASSERT_TRUE(ParseXmpRtkFix(seeds[0]) && ParseXmpAttitude(seeds[0]));
+  PhotoExif exif;
+  exif.sensor_width_mm = 4.8;
+  const auto camera_of = [&](const std::string& xmp) {
+    return CameraFromMetadata(ParseXmpLens(xmp), exif, {4864, 3648});
+  };
+  ASSERT_TRUE(camera_of(seeds[0]) && camera_of(seeds[1]) && ParseXmpBand(seeds[1]) == "NIR");
   int64_t without_fix = 0;
   Mutator mutator(&seeds);
   const FuzzCounts counts = FuzzInputs(20000, [&](int64_t) {
@@ -288,6 +302,8 @@ TEST_F(ReaderFuzzTest, Xmp) {
       ASSERT_TRUE(fix->sigma_m.allFinite() && fix->sigma_m.minCoeff() >= 0);
     }
     ASSERT_TRUE(ParseXmpAccuracy_m(input).allFinite());
+    ParseXmpBand(input);
+    if (const auto camera = camera_of(input)) CheckCamera(camera->camera);
     const auto attitude = ParseXmpAttitude(input);
     if (attitude) {
       ASSERT_NEAR(attitude->norm(), 1, 1e-9);
@@ -298,7 +314,7 @@ TEST_F(ReaderFuzzTest, Xmp) {
 }
 
 TEST_F(ReaderFuzzTest, PhotographFolder) {
-  Fuzz({Photograph(64, 48, 1, FullExif()), PngPhotograph(64, 48, 1, FullExif())}, 1500,
+  Fuzz({JpegPhotograph(64, 48, 1, FullExif()), PngPhotograph(64, 48, 1, FullExif())}, 1500,
        [&](const std::string& input) {
          folder_.Write("a.jpg", input);
          const auto dataset = OpenDataset(folder_.path());
@@ -309,7 +325,7 @@ TEST_F(ReaderFuzzTest, PhotographFolder) {
 
 TEST_F(ReaderFuzzTest, ImageDecoder) {
   const Strings seeds = {EncodedImage(64, 48, 1), EncodedImage(64, 48, 1, ".png"),
-                         EncodedImage(64, 48, 1, ".tif"), Photograph(40, 24, 2, FullExif())};
+                         EncodedImage(64, 48, 1, ".tif"), JpegPhotograph(40, 24, 2, FullExif())};
   Fuzz(seeds, 10000, [](const std::string& input) {
     const GreyImage image = DecodeGrey({input.begin(), input.end()}, "image");
     EXPECT_FALSE(image.empty());

@@ -45,6 +45,8 @@ SurveyMapper::SurveyMapper(const Camera& camera, double focal_sigma, const Surve
   if (!lens_.is_refined) return;
   lens_.focal_sigma = focal_sigma;
   std::tie(lens_.camera.k1, lens_.camera.k2) = *radial;
+  constexpr double kInDoubt = 0.3;  // A lens of which that is said may have any distortion.
+  if (focal_sigma < kInDoubt) lens_.radial_guess = {radial->first, radial->second};
 }
 
 ViewPixels SurveyMapper::PixelsOfViews() const {

@@ -36,8 +36,8 @@ struct SurveyOptions {
   int min_map_views = 3;             ///< A smaller map is none.
   double adjust_growth = 1.15;       ///< Growth of the map after which all of it is adjusted.
   int window_views = 12;             ///< Adjusted with a new photograph in between.
-  double k1_sigma = 0.3;             ///< Of k1 about 0 before the photographs are seen...
-  double k2_sigma = 0.05;            ///< ...and of k2, where the lens sees wide enough to tell it.
+  double k1_sigma = 0.3;       ///< Of k1 before the photographs are seen, about 0 or as told...
+  double k2_sigma = 0.05;      ///< ...and of k2, where the lens sees wide enough to tell it.
   double centre_sigma = 0.02;  ///< Of the principal point about the middle, over the focal length.
   double tangential_sigma = 0.01;   ///< Of p1 and p2 about none.
   double readout_sigma_s = 0.05;    ///< Of a rolling shutter's readout about none.
@@ -126,9 +126,11 @@ struct SurveyOptions {
           Above(1, 100));
     visit("window_views", window_views, "", "photographs adjusted with a new one in between",
           Between(2, 1000));
-    visit("k1_sigma", k1_sigma, "",
-          "standard deviation of the radial distortion k1 about none, before it is refined",
-          Above(0, 100));
+    visit(
+        "k1_sigma", k1_sigma, "",
+        "standard deviation of the radial distortion k1 about none, or what is told of it, before "
+        "it is refined",
+        Above(0, 100));
     visit("k2_sigma", k2_sigma, "", "likewise of k2", Above(0, 100));
     visit(
         "centre_sigma", centre_sigma, "",

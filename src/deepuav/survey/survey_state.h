@@ -36,6 +36,7 @@ struct SurveyLens {
   /// The focal length stays as it is meanwhile: the photographs seen so far don't tell it.
   bool holds_focal = false;
   Eigen::Vector2d centre_guess_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d radial_guess = Eigen::Vector2d::Zero();  ///< k1 and k2.
   /// Its centre, tangential distortion and readout are refined, too, and k2 however narrow it is.
   bool is_refined_wholly = false;
 

@@ -114,6 +114,7 @@ BundleStructure StructureOf(const BundleProblem& problem, const BundleOptions& o
   if (options.refine_focal) structure.focal_prior = FocalPriorOf(problem, options);
   SmallPrior& small = structure.small_prior;
   if (options.refine_radial) {
+    small.radial_guess = problem.radial_guess;
     small.per_k1_sigma = 1 / options.k1_sigma;
     small.per_k2_sigma = 1 / options.k2_sigma;
   }

@@ -40,7 +40,8 @@ struct BundleProblem {
   double p1 = 0, p2 = 0;
   double readout_s = 0;       ///< Of a rolling shutter, from the first row to the last.
   double focal_guess_px = 0;  ///< What fx was before anything refined it; 0: what it is.
-  std::optional<Eigen::Vector2d> centre_guess_px;  ///< The same of (cx, cy).
+  std::optional<Eigen::Vector2d> centre_guess_px;          ///< The same of (cx, cy).
+  Eigen::Vector2d radial_guess = Eigen::Vector2d::Zero();  ///< The same of (k1, k2).
 };
 
 struct BundleOptions {
@@ -50,7 +51,7 @@ struct BundleOptions {
   bool refine_focal = false;            ///< One scale for fx and fy.
   double focal_sigma = 0.1;    ///< Standard deviation of the guess of the focal length, over it.
   bool refine_radial = false;  ///< k1 and k2.
-  double k1_sigma = 0.5;       ///< Standard deviation of k1 about 0, where refined...
+  double k1_sigma = 0.5;       ///< Standard deviation of the guess of k1, where refined...
   double k2_sigma = 0.5;       ///< ...and of k2.
   bool refine_centre = false;  ///< The principal point.
   double centre_sigma = 0.02;  ///< Standard deviation of its guess, as a share of fx.
@@ -68,7 +69,7 @@ struct BundleOptions {
   void Check() const;
   template <typename Visitor>
   void Visit(Visitor&& visit) {
-    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps", Between(0, 200));
+    visit("max_iterations", max_iterations, "", "most Levenberg-Marquardt steps", Between(0, 1000));
     visit("chi_square", chi_square, "",
           "squared error in standard deviations from which the loss grows linearly", Above(0, 1e6));
     visit("min_relative_decrease", min_relative_decrease, "",
@@ -77,7 +78,7 @@ struct BundleOptions {
           "standard deviation of a guessed focal length, as a share of it, where it is refined",
           Above(0, 10));
     visit("k1_sigma", k1_sigma, "",
-          "standard deviation of the radial distortion k1 about none, where it is refined",
+          "standard deviation of a guessed radial distortion k1, where it is refined",
           Above(0, 100));
     visit("k2_sigma", k2_sigma, "", "likewise of k2", Above(0, 100));
     visit("centre_sigma", centre_sigma, "",

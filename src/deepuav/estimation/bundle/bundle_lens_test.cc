@@ -205,6 +205,10 @@ TEST(AdjustBundle, WhatTheViewsDoNotTellOfTheLensStaysWithThePrior) {
   options.k1_sigma = options.k2_sigma = 1e-4;
   AdjustBundle(&problem, options);
   EXPECT_NEAR(problem.k1, 0, 1e-3);
+  problem.radial_guess = {-0.2, 0.05};
+  AdjustBundle(&problem, options);
+  EXPECT_NEAR(problem.k1, -0.2, 1e-3);
+  EXPECT_NEAR(problem.k2, 0.05, 1e-3);
 }
 
 }  // namespace

@@ -45,10 +45,11 @@ VectorCalibration PerSigma(const SmallPrior& prior) {
   return per_sigma;
 }
 
-VectorCalibration SmallParameters(const BundleCamera& camera) {
+/// What the prior knows to be small: what differs from its guess.
+VectorCalibration SmallParameters(const SmallPrior& prior, const BundleCamera& camera) {
   VectorCalibration small = VectorCalibration::Zero();
-  small[kRadial1] = camera.k1;
-  small[kRadial2] = camera.k2;
+  small[kRadial1] = camera.k1 - prior.radial_guess.x();
+  small[kRadial2] = camera.k2 - prior.radial_guess.y();
   small[kTangential1] = camera.p1;
   small[kTangential2] = camera.p2;
   small[kReadout] = camera.readout_s;
@@ -198,7 +199,7 @@ void BundleLinearisation::AddPrior(const CentrePrior& prior, const Pinhole& pinh
 void BundleLinearisation::AddPrior(const SmallPrior& prior, const BundleCamera& camera) {
   const VectorCalibration per_sigma = PerSigma(prior);
   calibration_calibration.diagonal() += per_sigma.cwiseAbs2();
-  calibration_gradient += per_sigma.cwiseAbs2().cwiseProduct(SmallParameters(camera));
+  calibration_gradient += per_sigma.cwiseAbs2().cwiseProduct(SmallParameters(prior, camera));
 }
 
 double BundleCost(const BundleStructure& structure, const BundleState& state, const HuberLoss& loss,
@@ -206,7 +207,8 @@ double BundleCost(const BundleStructure& structure, const BundleState& state, co
   const std::vector<PoseMatrix> poses = PoseMatrices(state.cam_from_world);
   const double prior = structure.focal_prior.Error(state.camera.pinhole.fx);
   const VectorCalibration small =
-      PerSigma(structure.small_prior).cwiseProduct(SmallParameters(state.camera));
+      PerSigma(structure.small_prior)
+          .cwiseProduct(SmallParameters(structure.small_prior, state.camera));
   double cost = prior * prior + small.squaredNorm() +
                 structure.centre_prior.Error(state.camera.pinhole).squaredNorm() +
                 CameraFactorCost(structure.factors, state.cam_from_world);

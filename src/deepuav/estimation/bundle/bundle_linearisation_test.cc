@@ -33,7 +33,7 @@ TEST(BundleLinearisation, GradientIsHalfTheDerivativeOfTheCost) {
   // As strong as the observations.
   structure.focal_prior = {0.8 * small.problem.pinhole.fx, 1000};
   structure.centre_prior = {{small.problem.pinhole.cx + 10, small.problem.pinhole.cy - 4}, 0.5};
-  structure.small_prior = {100, 200, 1000, 50};
+  structure.small_prior = {100, 200, 1000, 50, {-0.1, 0.02}};
   const HuberLoss loss{5.991};
   const BundleState state = small.State();
   BundleLinearisation linearisation;

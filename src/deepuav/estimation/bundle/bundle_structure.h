@@ -37,10 +37,11 @@ struct CentrePrior {
   }
 };
 
-/// What is known beforehand of parameters that are near 0: distortion and readout.
+/// What is known beforehand of parameters that are near 0, or near a guess: distortion and readout.
 struct SmallPrior {
   double per_k1_sigma = 0, per_k2_sigma = 0;  ///< 0: nothing is known.
   double per_tangential_sigma = 0, per_readout_sigma_s = 0;
+  Eigen::Vector2d radial_guess = Eigen::Vector2d::Zero();  ///< k1 and k2.
 };
 
 /// Which cameras and landmarks move, and the observations grouped by landmark. A landmark moves if

@@ -11,8 +11,6 @@
 #include <memory>
 #include <vector>
 
-#include "deepuav/io/files/text_file.h"
-
 namespace deepuav {
 namespace {
 
@@ -186,7 +184,8 @@ std::optional<GnssFix> ReadFix(const ExifBlock& exif) {
 
 std::optional<double> ReadSensorWidthMm(const ExifBlock& exif) {
   const auto density = Positive(exif.Ratio(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_X_RESOLUTION));
-  const auto pixels = Positive(exif.Whole(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_X_DIMENSION));
+  auto pixels = Positive(exif.Whole(EXIF_IFD_EXIF, EXIF_TAG_PIXEL_X_DIMENSION));
+  if (!pixels) pixels = Positive(exif.Whole(EXIF_IFD_0, EXIF_TAG_IMAGE_WIDTH));
   if (!density || !pixels) return std::nullopt;
   const double unit = exif.Whole(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT).value_or(2);
   const double unit_mm = unit == 3 ? 10 : unit == 4 ? 1 : kMmPerInch;
@@ -254,13 +253,6 @@ PhotoExif ParseExif(std::span<const uint8_t> bytes) {
   exif.is_turned = block.Whole(EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1) != 1;
   exif.sensor_width_mm = ReadSensorWidthMm(block);
   return exif;
-}
-
-PhotoExif ReadExif(const std::filesystem::path& file) {
-  // EXIF fills at most 64 KiB and precedes the pixels.
-  constexpr size_t kHeadBytes = size_t{256} << 10;
-  const std::string head = ReadHead(file, kHeadBytes);
-  return ParseExif({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
 }
 
 std::optional<double> FocalLengthPx(const PhotoExif& exif, int width_px, int height_px) {

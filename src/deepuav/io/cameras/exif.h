@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,11 +27,7 @@ struct PhotoExif {
 /// equator meets the prime meridian, which some cameras write where they had no fix.
 bool IsPlaceOnEarth(const GnssFix& fix);
 
-/// Reads the EXIF of a JPEG, PNG or TIFF file. Throws Error when the file cannot be read; no EXIF
-/// is no error.
-PhotoExif ReadExif(const std::filesystem::path& file);
-
-/// The same from the first bytes of a file.
+/// Reads the EXIF of the first bytes of a JPEG, PNG or TIFF file; no EXIF is no error.
 PhotoExif ParseExif(std::span<const uint8_t> bytes);
 
 /// The focal length in px of an image: by the 35 mm equivalent, else by the focal length and the

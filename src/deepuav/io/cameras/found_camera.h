@@ -6,7 +6,7 @@
 
 #include "deepuav/geometry/camera.h"
 #include "deepuav/io/cameras/exif.h"
-#include "deepuav/io/cameras/xmp.h"
+#include "deepuav/io/cameras/xmp_lens.h"
 #include "deepuav/io/datasets/dataset.h"
 
 namespace deepuav {
@@ -20,8 +20,9 @@ struct FoundCamera {
 /// How far a `camera.yaml` of `model: auto` is trusted.
 CalibrationSource CalibrationByHand();
 
-/// The camera of photographs of that size by the first that tells of XMP, EXIF's 35 mm equivalent,
-/// EXIF's focal length with the sensor's width; nothing where none does.
+/// The camera of photographs of that size by the first that tells of: XMP's lens as measured, as
+/// designed, EXIF's 35 mm equivalent, EXIF's focal length with the sensor's width; nothing where
+/// none does.
 std::optional<FoundCamera> CameraFromMetadata(const std::optional<XmpLens>& xmp,
                                               const PhotoExif& exif, const cv::Size& size);
 

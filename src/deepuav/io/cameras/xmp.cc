@@ -1,9 +1,9 @@
 #include "deepuav/io/cameras/xmp.h"
 
-#include <charconv>
 #include <cmath>
 
 #include "deepuav/io/cameras/exif.h"
+#include "deepuav/io/cameras/xmp_fields.h"
 
 namespace deepuav {
 namespace {
@@ -15,20 +15,6 @@ constexpr double kRtkSingle = 16, kRtkFloat = 34, kRtkFixed = 50;
 constexpr double kFloatSigma_m = 0.5, kFixedSigma_m = 0.02;
 constexpr double kVerticalOverHorizontal = 2;
 constexpr double kMostSigma_m = 1000;
-
-/// The number that follows `name`, as an attribute (name="1") or as an element (<name>1</name>).
-std::optional<double> XmpNumber(std::string_view head, std::string_view name) {
-  size_t at = head.find(name);
-  if (at == std::string_view::npos) return std::nullopt;
-  at += name.size();
-  constexpr std::string_view kBetween = "=\"'> \t";
-  while (at < head.size() && kBetween.find(head[at]) != std::string_view::npos) ++at;
-  if (at < head.size() && head[at] == '+') ++at;
-  double value = 0;
-  const auto [end, status] = std::from_chars(head.data() + at, head.data() + head.size(), value);
-  if (status != std::errc() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
 
 /// 0 where there is none that can be.
 double XmpSigma(std::string_view head, std::string_view name) {
@@ -46,13 +32,6 @@ Eigen::Vector3d RtkSigma(std::string_view head, double flag) {
 }
 
 }  // namespace
-
-std::optional<XmpLens> ParseXmpLens(std::string_view head) {
-  const auto focal = XmpNumber(head, "drone-dji:CalibratedFocalLength");
-  if (!focal || *focal <= 0) return std::nullopt;
-  return XmpLens{*focal, XmpNumber(head, "drone-dji:CalibratedOpticalCenterX"),
-                 XmpNumber(head, "drone-dji:CalibratedOpticalCenterY")};
-}
 
 std::optional<GnssFix> ParseXmpRtkFix(std::string_view head) {
   const double flag = XmpNumber(head, "drone-dji:RtkFlag").value_or(0);

@@ -9,16 +9,6 @@
 
 namespace deepuav {
 
-/// What a maker's XMP says of the lens: DJI's drone-dji:CalibratedFocalLength and
-/// CalibratedOpticalCenterX, Y, in pixels of the image as the camera wrote it.
-struct XmpLens {
-  double focal_px = 0;
-  std::optional<double> cx_px, cy_px;
-};
-
-/// From the first bytes of a photograph; nothing where they say nothing that can be.
-std::optional<XmpLens> ParseXmpLens(std::string_view head);
-
 /// A position by a receiver with corrections (RTK): DJI's GpsLatitude, GpsLongitude and
 /// AbsoluteAltitude where drone-dji:RtkFlag says that there were some, with RtkStdLon, Lat, Hgt.
 /// Without a time. Nothing where there were none, or what is said cannot be: EXIF has the position,

@@ -9,6 +9,7 @@
 #include "deepuav/io/datasets/image_file_dataset.h"
 #include "deepuav/io/datasets/layout_readers.h"
 #include "deepuav/io/datasets/photo_geotags.h"
+#include "deepuav/io/datasets/photograph_kinds.h"
 #include "deepuav/io/datasets/photographs.h"
 #include "deepuav/io/geodata/sensor_files.h"
 
@@ -152,7 +153,7 @@ fs::path FindCameraFile(const fs::path& folder, const fs::path& images,
 std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path& images,
                                          const DatasetOptions& options) {
   std::vector<Photograph> photographs = ListPhotographs(images);
-  KeepLargestGroup(&photographs);
+  KeepOneKind(&photographs);
   const fs::path geotags = TakeGeotags(folder, images, &photographs);
   ImageFileSequence sequence;
   sequence.kind = "photographs";
@@ -202,7 +203,7 @@ std::unique_ptr<Dataset> OpenPhotographs(const fs::path& folder, const fs::path&
 
 std::vector<GnssFix> FixesOfPhotographs(const fs::path& folder, const fs::path& images) {
   std::vector<Photograph> photographs = ListPhotographs(images);
-  KeepLargestGroup(&photographs);
+  KeepOneKind(&photographs);
   TakeGeotags(folder, images, &photographs);
   OrderFrames(images, &photographs);
   return FixesOf(photographs);

@@ -107,7 +107,7 @@ TEST_F(PhotoDatasetTest, ACameraFileOverridesExif) {
 }
 
 TEST_F(PhotoDatasetTest, ACalibrationOfAnotherSizeIsScaled) {
-  folder_.Write("a.jpg", Photograph(128, 96, 1, Drone()));
+  folder_.Write("a.jpg", JpegPhotograph(128, 96, 1, Drone()));
   folder_.Write("camera.yaml", kTestCameraYaml);
   const Camera camera = Open()->camera();
   EXPECT_EQ(camera.width, 128);
@@ -126,7 +126,7 @@ TEST_F(PhotoDatasetTest, WithoutFocalLengthAGuessIsSaidToBeOne) {
 }
 
 std::string WithXmp(const std::string& xmp, const TestExif& exif = Drone()) {
-  std::string photograph = Photograph(64, 48, 1, exif);
+  std::string photograph = JpegPhotograph(64, 48, 1, exif);
   const std::string segment = std::string("\xff\xe1\x00", 3) + char(xmp.size() + 2) + xmp;
   return photograph.insert(2, segment);
 }
@@ -159,7 +159,7 @@ TEST_F(PhotoDatasetTest, AMakersCalibrationThatCannotBeIsNotBelieved) {
 }
 
 TEST_F(PhotoDatasetTest, LargeImagesAreWorkedOnReduced) {
-  folder_.Write("a.jpg", Photograph(2000, 1500, 1, Drone()));
+  folder_.Write("a.jpg", JpegPhotograph(2000, 1500, 1, Drone()));
   const auto dataset = Open();
   EXPECT_EQ(dataset->stored_camera().width, 2000);
   const Camera& camera = dataset->camera();
@@ -183,7 +183,7 @@ TEST_F(PhotoDatasetTest, OfMixedSizesAndCamerasTheMostAreTaken) {
   WritePhotograph("a.jpg", "");
   WritePhotograph("b.jpg", "");
   WritePhotograph("c.jpg", "");
-  folder_.Write("d.jpg", Photograph(32, 48, 1, Drone()));
+  folder_.Write("d.jpg", JpegPhotograph(32, 48, 1, Drone()));
   TestExif other = Drone();
   other.model = "FC6310";
   WritePhotograph("e.jpg", "", other);

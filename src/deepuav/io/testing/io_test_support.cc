@@ -109,22 +109,24 @@ std::vector<TiffField> GpsFields(const TestExif& exif) {
 
 }  // namespace
 
-std::string ExifBlockBytes(const TestExif& exif) {
-  constexpr size_t kHeaderBytes = 8;
+std::string ExifBlockBytes(const TestExif& exif, size_t directory_at) {
   std::vector<TiffField> fields;
   if (!exif.model.empty()) fields.push_back(Text(0x0110, exif.model));
   if (exif.orientation > 0) fields.push_back(Short(0x0112, exif.orientation));
+  if (!exif.xmp.empty())
+    fields.push_back({0x02bc, kByte, static_cast<uint32_t>(exif.xmp.size()), exif.xmp});
   fields.push_back(Long(0x8769, 0));
   fields.push_back(Long(0x8825, 0));
-  const size_t camera_at = kHeaderBytes + Directory(fields, kHeaderBytes).size();
+  const size_t camera_at = directory_at + Directory(fields, directory_at).size();
   const std::string camera = Directory(CameraFields(exif), camera_at);
   const size_t gps_at = camera_at + camera.size();
   fields[fields.size() - 2] = Long(0x8769, static_cast<uint32_t>(camera_at));
   fields[fields.size() - 1] = Long(0x8825, static_cast<uint32_t>(gps_at));
   std::string block = "II";
   Put(uint16_t{42}, &block);
-  Put(uint32_t{kHeaderBytes}, &block);
-  return block + Directory(fields, kHeaderBytes) + camera + Directory(GpsFields(exif), gps_at);
+  Put(static_cast<uint32_t>(directory_at), &block);
+  block.resize(directory_at);
+  return block + Directory(fields, directory_at) + camera + Directory(GpsFields(exif), gps_at);
 }
 
 std::string EncodedImage(int width, int height, int seed, const std::string& ending) {
@@ -137,7 +139,7 @@ std::string EncodedImage(int width, int height, int seed, const std::string& end
   return {bytes.begin(), bytes.end()};
 }
 
-std::string Photograph(int width, int height, int seed, const TestExif& exif) {
+std::string JpegPhotograph(int width, int height, int seed, const TestExif& exif) {
   using namespace std::string_literals;
   const std::string payload = "Exif\0\0"s + ExifBlockBytes(exif);
   const size_t length = payload.size() + 2;

@@ -96,12 +96,13 @@ struct TestExif {
   int pixel_x_dimension = 0;
   std::optional<double> latitude_deg, longitude_deg, altitude_m;
   double more_longitude_seconds = 0;  ///< Beyond what an angle may have.
+  std::string xmp = {};               ///< As a TIFF holds it.
 };
 
-/// A TIFF block (little endian) with that EXIF.
-std::string ExifBlockBytes(const TestExif& exif);
+/// A TIFF block (little endian) with that EXIF, its directory so many bytes from the start.
+std::string ExifBlockBytes(const TestExif& exif, size_t directory_at = 8);
 /// A JPEG with that EXIF.
-std::string Photograph(int width, int height, int seed, const TestExif& exif);
+std::string JpegPhotograph(int width, int height, int seed, const TestExif& exif);
 /// A PNG with that EXIF.
 std::string PngPhotograph(int width, int height, int seed, const TestExif& exif);
 

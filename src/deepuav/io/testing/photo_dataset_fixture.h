@@ -26,7 +26,7 @@ class PhotoDatasetTest : public testing::Test {
  protected:
   void WritePhotograph(const std::string& name, const std::string& time, TestExif exif = Drone()) {
     exif.time = time;
-    folder_.Write(name, Photograph(64, 48, 1, exif));
+    folder_.Write(name, JpegPhotograph(64, 48, 1, exif));
   }
   std::unique_ptr<Dataset> Open() { return OpenDataset(folder_.path()); }
   std::vector<std::string> Names() {

@@ -36,6 +36,7 @@ SurveyBundle MakeBundle(const Tracks& tracks, const ViewPixels& px, const std::v
   problem.readout_s = state.lens.camera.readout_s;
   problem.focal_guess_px = state.lens.focal_guess_px;
   problem.centre_guess_px = state.lens.centre_guess_px;
+  problem.radial_guess = state.lens.radial_guess;
   std::vector<uint8_t> is_free(state.cam_from_world.size(), 0);
   for (const int view : free) is_free[static_cast<size_t>(view)] = 1;
   std::vector<int> camera_of_view(state.cam_from_world.size(), -1);
