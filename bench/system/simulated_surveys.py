@@ -12,9 +12,11 @@
 | climb_turning | the same climb under a heading that follows the spiral |
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
+| strip | one line of photographs from 50 m along a road through countryside |
 | two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
 | sparse | lines over a village, of which neighbouring photographs share three tenths; one in three is left out |
 | solar | lines over rows of solar panels, all alike, fields between them; solar_rtk: as large_rtk |
+| climb_measured, sparse_measured, strip_measured, solar_measured | with XMP of the lens as its maker measured it (f: 0.2 %) |
 | large | 300 photographs of 4000x3000 from 60 m over a village in lines and cross lines |
 | wide | 934 photographs from 60 m over a village and its fields in lines and cross lines |
 
@@ -63,6 +65,9 @@ FLIGHTS = {
                            "course.speed_m_s": 8, "camera.rate_hz": 0.2, "flight.duration_s": 150})],
     "climb_steps": [("climb", {**CLIMB, "camera.rate_hz": 0.25, "course.center_x_m": 60, "course.center_y_m": 30,
                                "flight.scene": "town"})],
+    "strip": [("survey", {"flight.scene": "countryside", "course.kind": "corridor", "course.along": "road",
+                          "course.along_start_m": 150, "course.length_m": 450, "course.height_m": 50, "course.speed_m_s": 8,
+                          "camera.rate_hz": 0.5, "flight.duration_s": 100})],
     "two_heights": [("survey", LINES), ("survey", HIGH_LINES)],
     "large": [("survey", {**LARGE_LENS, "course.length_m": 200, "course.width_m": 180, "course.line_spacing_m": 25,
                           "course.height_m": 60, "course.speed_m_s": 8, "flight.duration_s": 449.5,
@@ -74,14 +79,19 @@ FLIGHTS = {
 }
 # Name: the flights it is made of, and what becomes of their photographs.
 VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif"),
+            "climb_measured": ("climb", "measured"), "sparse_measured": ("sparse", "measured"),
+            "strip_measured": ("strip", "measured"), "solar_measured": ("solar", "measured"),
             "climb_rtk": ("climb", "rtk"), "large_rtk": ("large", "rtk"), "solar_rtk": ("solar", "rtk"),
-            **{name: (name, "plain") for name in FLIGHTS}, "sparse": ("sparse", "thinned")}
-NAMES = ["climb", "climb_random", "climb_exif", "climb_rtk", "large_rtk", "climb_turning", "climb_once", "climb_steps",
-         "sparse", "two_heights", "solar", "solar_rtk", "large", "wide"]
+            **{name: (name, "plain") for name in FLIGHTS}}
+THINNED_FLIGHTS = {"sparse"}
+NAMES = ["climb", "climb_random", "climb_exif", "climb_measured", "climb_rtk", "large_rtk", "climb_turning", "climb_once",
+         "climb_steps", "sparse", "sparse_measured", "strip", "strip_measured", "two_heights", "solar", "solar_measured",
+         "solar_rtk", "large", "wide"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
 EXIF_EXCESS = 1.05
+MEASURED_SIGMA = 0.002
 THINNED = 1 / 3
 FULL_FRAME_DIAGONAL_MM = 43.27
 
@@ -116,6 +126,19 @@ def with_xmp(jpeg, fields):
     return jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:]
 
 
+def with_lens(jpeg, generator):
+    """The JPEG with DJI's XMP of a lens as designed, a hundredth too long, and as its maker measured it."""
+    width, height, focal_px = (LENS[f"camera.{name}"] for name in ("width", "height", "fx"))
+    measured_px = focal_px * (1 + generator.gauss(0, MEASURED_SIGMA))
+    centre = [LENS["camera.cx"] + 0.5 - width / 2, LENS["camera.cy"] + 0.5 - height / 2]
+    k1, k2, p1, p2 = (float(value) for value in LENS["camera.distortion"].split())
+    values = [measured_px, measured_px, *centre, k1, k2, p1, p2, 0]
+    return with_xmp(jpeg, {
+        "CalibratedFocalLength": f"{1.01 * focal_px:.6f}", "CalibratedOpticalCenterX": f"{width / 2:.6f}",
+        "CalibratedOpticalCenterY": f"{height / 2:.6f}",
+        "DewarpData": "2021-05-06;" + ",".join(f"{value:.12g}" for value in values), "DewarpFlag": "0"})
+
+
 def metres_per_radian():
     """Of latitude and of longitude at the origin: over some hundred metres its plane is good to millimetres."""
     latitude = math.radians(ORIGIN_DEG[0])
@@ -136,7 +159,7 @@ def with_fix(jpeg, position, generator):
         "RtkStdHgt": f"{RTK_SIGMA_M[2]:.5f}"}), measured
 
 
-def as_photographs(simulated, folder, how, seed):
+def as_photographs(simulated, folder, how, thinned, seed):
     """Photographs that know no time but their order; where each was taken, east, north and up in metres, and of what
     first measured position a map on Earth is, or None."""
     images = folder / "images"
@@ -152,7 +175,7 @@ def as_photographs(simulated, folder, how, seed):
     generator = random.Random(seed)
     if how == "random":
         generator.shuffle(taken)
-    if how == "thinned":
+    if thinned:
         taken = [shot for shot in taken if generator.random() >= THINNED]
     origin = None
     for number, (file, position) in enumerate(taken):
@@ -164,6 +187,8 @@ def as_photographs(simulated, folder, how, seed):
             jpeg, measured = with_fix(file.read_bytes(), position, generator)
             origin = origin or measured
             (images / f"{number:04}.jpg").write_bytes(jpeg)
+        elif how == "measured":
+            (images / f"{number:04}.jpg").write_bytes(with_lens(file.read_bytes(), random.Random(seed)))
         else:
             (images / f"{number:04}.jpg").symlink_to(file.resolve())
     return [position for _, position in taken], origin
@@ -198,7 +223,7 @@ def measure(name, seed, arguments):
     flights, how = VARIANTS[name]
     simulated = render(FLIGHTS[flights], seed, flights, arguments)
     out = arguments.out / f"{name}-{seed}"
-    truth, origin = as_photographs(simulated, out / "photographs", how, seed)
+    truth, origin = as_photographs(simulated, out / "photographs", how, flights in THINNED_FLIGHTS, seed)
     result = run(name, out / "photographs", out, arguments)
     if "failure" in result:
         return {**result, "seed": seed}

@@ -12,7 +12,10 @@ namespace {
 /// From so many on the lens is refined: fewer leave it to the prior.
 constexpr int kRefineViews = 3;
 /// Iterations in between and at the end.
-constexpr int kGrowIterations = 12, kFinishIterations = 40;
+constexpr int kGrowIterations = 12;
+/// A strip of photographs bends, and its lens with it, in hundreds of small steps; others stand
+/// still long before.
+constexpr int kFinishIterations = 500;
 /// Squares of the standard deviations by which poses and lens may still move.
 constexpr double kRoughly = 1, kStill = 0.01;
 /// A map is adjusted as nearly right from so many photographs on.
