@@ -89,34 +89,45 @@ void SurveyMapper::GrowFurther(const std::set<int>& taken, const std::vector<Mat
   *built = {std::move(all), std::move(grown), px_};
 }
 
-std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
-                                                 std::vector<MatchedPair>* pairs,
-                                                 const std::function<bool()>& stop) {
-  Tracks tracks = JoinMatches(views_, *pairs);
-  std::optional<SurveyState> known;
-  {
-    const StageScope stage(stages_, "grow map");
-    std::optional<SurveyGrowth> growth =
-        FindStart(tracks, px_, RankStartPairs(*pairs, px_, taken, camera_.width), lens_, taken,
-                  camera_.width, options_, stop);
-    if (!growth) return std::nullopt;
-    GrowAll(taken, stop, &*growth);
-    known = growth->state();
-  }
-  BuiltSurvey built{std::move(tracks), std::move(*known), px_};
-  BringIn(taken, pairs, stop, &built);
+/// By the pairs that there are.
+std::optional<BuiltSurvey> SurveyMapper::BeginMap(const std::set<int>& taken,
+                                                  const std::vector<MatchedPair>& pairs,
+                                                  const std::function<bool()>& stop) {
+  Tracks tracks = JoinMatches(views_, pairs);
+  const StageScope stage(stages_, "grow map");
+  std::optional<SurveyGrowth> growth =
+      FindStart(tracks, px_, RankStartPairs(pairs, px_, taken, camera_.width), lens_, taken,
+                camera_.width, options_, stop);
+  if (!growth) return std::nullopt;
+  GrowAll(taken, stop, &*growth);
+  SurveyState known = growth->state();
+  return BuiltSurvey{std::move(tracks), std::move(known), px_};
+}
+
+/// By what overlaps as the map has it, and by maps of what is outside of it.
+void SurveyMapper::CompleteMap(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                               const std::function<bool()>& stop, BuiltSurvey* built) {
   do {
     constexpr int kMostRounds = 3;
     int before = 0;
-    for (int round = 0; round < kMostRounds && built.state.ViewCount() > before; ++round) {
-      before = built.state.ViewCount();
+    for (int round = 0; round < kMostRounds && built->state.ViewCount() > before; ++round) {
+      before = built->state.ViewCount();
       {
         const StageScope stage(stages_, "match pairs");
-        MatchOverlaps(built, pairs, stop);
+        MatchOverlaps(*built, pairs, stop);
       }
-      GrowFurther(taken, *pairs, stop, &built);
+      GrowFurther(taken, *pairs, stop, built);
     }
-  } while (Join(taken, *pairs, stop, &built));
+  } while (Join(taken, *pairs, stop, built));
+}
+
+std::optional<BuiltSurvey> SurveyMapper::MakeMap(const std::set<int>& taken,
+                                                 std::vector<MatchedPair>* pairs,
+                                                 const std::function<bool()>& stop) {
+  std::optional<BuiltSurvey> built = BeginMap(taken, *pairs, stop);
+  if (!built) return std::nullopt;
+  BringIn(taken, pairs, stop, &*built);
+  CompleteMap(taken, pairs, stop, &*built);
   return built;
 }
 

@@ -70,6 +70,11 @@ class SurveyMapper {
                                    const std::function<bool()>& stop);
   std::optional<BuiltSurvey> MakeMap(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                                      const std::function<bool()>& stop);
+  std::optional<BuiltSurvey> BeginMap(const std::set<int>& taken,
+                                      const std::vector<MatchedPair>& pairs,
+                                      const std::function<bool()>& stop);
+  void CompleteMap(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                   const std::function<bool()>& stop, BuiltSurvey* built);
   bool Join(const std::set<int>& taken, const std::vector<MatchedPair>& pairs,
             const std::function<bool()>& stop, BuiltSurvey* built);
   bool ExplainsWhatLeads(const SurveyState& map, const BuiltSurvey& both,
@@ -78,6 +83,8 @@ class SurveyMapper {
                       std::vector<MatchedPair>* pairs, const std::function<bool()>& stop,
                       BuiltSurvey* built);
   void PlaceAgain(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
+                  const std::function<bool()>& stop, BuiltSurvey* built);
+  bool TrustOrder(bool brings_in, const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                   const std::function<bool()>& stop, BuiltSurvey* built);
   void ResolveContradictions(const std::set<int>& taken, std::vector<MatchedPair>* pairs,
                              const std::function<bool()>& stop, BuiltSurvey* built);

@@ -59,6 +59,43 @@ void SurveyMapper::PlaceAgain(const std::set<int>& taken, std::vector<MatchedPai
   }
 }
 
+/// Makes the map of what photographs taken soon after one another say alone, as these mostly show
+/// the same ground in truth, and keeps it if it agrees with more of what all say. Photographs in no
+/// order say little so.
+bool SurveyMapper::TrustOrder(bool brings_in, const std::set<int>& taken,
+                              std::vector<MatchedPair>* pairs, const std::function<bool()>& stop,
+                              BuiltSurvey* built) {
+  std::vector<MatchedPair> in_order, others;
+  for (const MatchedPair& pair : *pairs)
+    (pair.b - pair.a <= options_.sequence_neighbours ? in_order : others).push_back(pair);
+  if (in_order.empty() || others.empty() || (stop && stop())) return false;
+  auto again = brings_in ? MakeMap(taken, &in_order, stop) : BeginMap(taken, in_order, stop);
+  if (!again) return false;
+  if (!brings_in) CompleteMap(taken, &in_order, stop, &*again);
+  const PairJudge judge = JudgeOfPairs();
+  // Of photographs that are not in this map nothing is known: other maps need their pairs.
+  const auto is_told = [&](const MatchedPair& pair) {
+    return !again->state.Has(pair.a) || !again->state.Has(pair.b) ||
+           judge.IsExplained(pair, *again);
+  };
+  auto contradicting = std::ranges::stable_partition(others, is_told);
+  std::vector<MatchedPair> told = in_order;
+  told.insert(told.end(), others.begin(), contradicting.begin());
+  GrowFurther(taken, told, stop, &*again);
+  std::vector<MatchedPair> all = in_order;
+  all.insert(all.end(), others.begin(), others.end());
+  const double before = judge.Agreement(&all, *built), now = judge.Agreement(&all, *again);
+  Log().debug("{} photographs by their order: the map agrees with {:.0f} instead of {:.0f}",
+              again->state.ViewCount(), now, before);
+  if (now <= before) return false;
+  std::erase_if(all, [&](const MatchedPair& pair) {
+    return pair.b - pair.a > options_.sequence_neighbours && !is_told(pair);
+  });
+  *pairs = std::move(all);
+  *built = std::move(*again);
+  return true;
+}
+
 /// What looks alike may hold photographs where they don't belong, against the matches with those
 /// that they do overlap. The map is then made again without such matches, and kept if it agrees
 /// with more of what the pairs say.
@@ -69,6 +106,12 @@ void SurveyMapper::ResolveContradictions(const std::set<int>& taken,
   PlaceAgain(taken, pairs, stop, built);
   const PairJudge judge = JudgeOfPairs();
   if (judge.Doubtful(pairs, *built).empty()) return;
+  for (const bool brings_in : {false, true}) {
+    // What a map that is not kept was matched for is to be matched again for others.
+    const std::set<PairCandidate> tried = tried_;
+    if (!TrustOrder(brings_in, taken, pairs, stop, built)) tried_ = tried;
+    if (judge.Doubtful(pairs, *built).empty()) return;
+  }
   std::vector<MatchedPair> trusted = *pairs, suspected;
   BuiltSurvey doubtful = *built;
   bool everywhere = false;

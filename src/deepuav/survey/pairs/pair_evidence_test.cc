@@ -170,6 +170,18 @@ TEST_F(AlikeRoofs, ThatStayOnTopOfOneAnotherAreCalledDoubtful) {
   EXPECT_FALSE(outcome.doubtful.empty());
 }
 
+TEST_F(AlikeRoofs, ThatWouldStayOnTopOfOneAnotherAreToldApartByTheOrder) {
+  options_.suspect_coverage = 0;
+  options_.evidence.coverage_power = 1;
+  options_.sequence_neighbours = 2;  // The others are matched for being near one another.
+  options_.position_neighbours = 2 * kPhotographs;
+  for (size_t v = 0; v < views_.size(); ++v) views_[v].position_m = poses_[v].InverseTranslation();
+  const SurveyOutcome outcome = Run(options_);
+  ASSERT_EQ(outcome.atlas.Remaining().size(), 1u);
+  EXPECT_LT(Farthest(outcome), 0.5);
+  EXPECT_TRUE(outcome.doubtful.empty());
+}
+
 /// A line of photographs over thinly textured ground; three of them show a roof, and one far from
 /// it shows another one that looks just like it, as from above the first, with more on it than all
 /// the ground around.
