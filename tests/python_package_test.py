@@ -107,7 +107,8 @@ class PackageTest(unittest.TestCase):
         self.assert_same("pushed")
 
     def test_fixes_place_a_run_while_it_goes_on(self):
-        layered_scene.euroc(self.scratch / "weaving", FRAMES, path=layered_scene.weaving)
+        # As long as a second try takes, where the first one is too early.
+        layered_scene.euroc(self.scratch / "weaving", 2 * FRAMES, path=layered_scene.weaving)
         run(self.bin / "python", "-B", "-c", PLACED, cwd=self.scratch, timeout=TIMEOUT_S,
             env={**self.environment, "PYTHONPATH": str(Path(layered_scene.__file__).parent)})
 
