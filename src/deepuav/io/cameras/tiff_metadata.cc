@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "deepuav/base/error.h"
+#include "deepuav/io/files/big_endian.h"
 
 namespace deepuav {
 namespace {
@@ -92,9 +93,7 @@ class TiffReader {
   static_assert(std::endian::native == std::endian::little);
   template <typename T>
   static T Swapped(T number) {
-    auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(number);
-    std::reverse(bytes.begin(), bytes.end());
-    return std::bit_cast<T>(bytes);
+    return GetBigEndian<T>({reinterpret_cast<const char*>(&number), sizeof(T)}, 0);
   }
 
   /// All of them, or none.
