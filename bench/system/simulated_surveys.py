@@ -13,6 +13,9 @@
 | climb_once | up once and not back, a photograph every 2.5 s, a wider spiral over a village |
 | climb_steps | a photograph every 4 s, over a town: steps of 15 m of height |
 | strip | one line of photographs from 50 m along a road through countryside |
+| long_road, long_river | lines of 600 m along a road and a river, in some seeds' scenes alone |
+| facades | flights/facade.yaml, a photograph every 1.25 s: posters that are the same to the pixel |
+| meadow | a line over a meadow whose texture comes again every 16 photographs |
 | two_heights | lines over a village at 20 m, then at 70 m across them, nothing in between |
 | sparse | lines over a village, of which neighbouring photographs share three tenths; one in three is left out |
 | solar | lines over rows of solar panels, all alike, fields between them; solar_rtk: as large_rtk |
@@ -55,6 +58,8 @@ LINES = {  # To and fro at 20 m, then across at 70 m: east and north of the midd
     "course.waypoints": "-40 -12 20 1; 40 -12 20 1; 40 -4 20 1; -40 -4 20 1; -40 4 20 1; 40 4 20 1"}
 HIGH_LINES = {"course.speed_m_s": 8, "camera.rate_hz": 0.3333, "flight.duration_s": 120,
               "course.kind": "waypoints", "course.waypoints": "-20 -60 70 1; -20 60 70 1; 20 60 70 1; 20 -60 70 1"}
+LONG_LINE = {"flight.scene": "countryside", "course.kind": "corridor", "course.along_start_m": 150, "course.length_m": 500,
+             "course.height_m": 50, "course.speed_m_s": 8, "camera.rate_hz": 0.5}
 # Name: the flights whose photographs are joined, each a flight's name and options.
 FLIGHTS = {
     "climb": [("climb", CLIMB)],
@@ -68,6 +73,12 @@ FLIGHTS = {
     "strip": [("survey", {"flight.scene": "countryside", "course.kind": "corridor", "course.along": "road",
                           "course.along_start_m": 150, "course.length_m": 450, "course.height_m": 50, "course.speed_m_s": 8,
                           "camera.rate_hz": 0.5, "flight.duration_s": 100})],
+    "long_road": [("survey", {**LONG_LINE, "course.along": "road", "flight.duration_s": 100})],
+    "long_river": [("survey", {**LONG_LINE, "course.along": "river", "flight.duration_s": 90})],
+    "facades": [("facade", {"camera.rate_hz": 0.8})],
+    "meadow": [("survey", {"flight.scene": "countryside", "course.kind": "waypoints", "course.speed_m_s": 8,
+                           "course.waypoints": "-300 -40 50; -100 40 50; 100 -10 50; 300 60 50", "camera.rate_hz": 0.5,
+                           "flight.duration_s": 90})],
     "two_heights": [("survey", LINES), ("survey", HIGH_LINES)],
     "large": [("survey", {**LARGE_LENS, "course.length_m": 200, "course.width_m": 180, "course.line_spacing_m": 25,
                           "course.height_m": 60, "course.speed_m_s": 8, "flight.duration_s": 449.5,
@@ -85,8 +96,8 @@ VARIANTS = {"climb_random": ("climb", "random"), "climb_exif": ("climb", "exif")
             **{name: (name, "plain") for name in FLIGHTS}}
 THINNED_FLIGHTS = {"sparse"}
 NAMES = ["climb", "climb_random", "climb_exif", "climb_measured", "climb_rtk", "large_rtk", "climb_turning", "climb_once",
-         "climb_steps", "sparse", "sparse_measured", "strip", "strip_measured", "two_heights", "solar", "solar_measured",
-         "solar_rtk", "large", "wide"]
+         "climb_steps", "sparse", "sparse_measured", "strip", "strip_measured", "long_road", "long_river", "facades", "meadow",
+         "two_heights", "solar", "solar_measured", "solar_rtk", "large", "wide"]
 LOWEST_HEIGHT_M = 10
 ORIGIN_DEG, ORIGIN_ALTITUDE_M = (47.4, 8.5), 450
 RTK_SIGMA_M = (0.01, 0.01, 0.02)
