@@ -18,6 +18,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench/system"))
+from surveys import evaluate  # noqa: E402
+
 PROGRAM = ROOT / "build/deepuav"
 FLIGHTS = {
     "tour": ("orbit", {
@@ -75,12 +78,10 @@ def rendered(name, seed, cache):
     return folder
 
 
-def evaluated(dataset, out, align):
+def error(dataset, out, align):
     """{"rmse": m, "max": m}; None where nothing was located."""
-    report = out / f"eval-{align}.json"
-    done = subprocess.run([PROGRAM, "eval", dataset, out / "trajectory.txt", "--align", align, "--json", report],
-                          capture_output=True)
-    return json.loads(report.read_text())["ate_m"] if done.returncode == 0 else None
+    found = evaluate(dataset, out / "trajectory.txt", "--align", align)
+    return found["ate_m"] if found else None
 
 
 def run(name, seed, use, arguments):
@@ -98,7 +99,7 @@ def run(name, seed, use, arguments):
     gauge = main_map[0]["gauge"]["kind"] if main_map else "free"
     return {"name": f"{name} {seed}", "use": use, "frames": main_map[0]["frames"] if main_map else 0,
             "images": summary["frames"]["images"], "maps": len(summary["maps"]), "gauge": gauge,
-            "sim3": evaluated(dataset, out, "sim3"), "se3": evaluated(dataset, out, "se3") if gauge != "free" else None}
+            "sim3": error(dataset, out, "sim3"), "se3": error(dataset, out, "se3") if gauge != "free" else None}
 
 
 def cell(ate):
