@@ -1,6 +1,7 @@
 #include "deepuav/simulation/world/terrain.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -153,7 +154,8 @@ class TerrainOfImage : public testing::Test {
   }
 
   const std::filesystem::path file_ =
-      std::filesystem::temp_directory_path() / "deepuav_terrain_of_image.tiff";
+      std::filesystem::temp_directory_path() /
+      ("deepuav_terrain_of_image_" + std::to_string(getpid()) + ".tiff");
 };
 
 TEST_F(TerrainOfImage, OfOnePixelOrOneRowIsEvenThere) {
