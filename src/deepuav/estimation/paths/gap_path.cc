@@ -1,10 +1,11 @@
 #include "deepuav/estimation/paths/gap_path.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "deepuav/estimation/solvers/block_cholesky.h"
 
 namespace deepuav {
 namespace {
@@ -12,8 +13,66 @@ namespace {
 constexpr double kConvergedStep = 1e-7;  // standard units of the parameters
 constexpr double kMaxTurnRad = 0.3;      // a step, within which equations hold
 
-/// What of a step moves a pose.
+/// What of a step moves a pose, or changes its pace.
 constexpr int kPoseSize = 6;
+
+/// The symmetric matrix of a path's equations, of blocks of which few are not zero.
+class PathEquations {
+ public:
+  /// `pairs`: of the blocks, but for the diagonal ones, that are not zero: row > column.
+  PathEquations(int blocks, std::vector<std::pair<int, int>> pairs)
+      : pattern_(BlockPattern::OfPairs(blocks, std::move(pairs))),
+        values_(kBlockValues * pattern_.rows.size()),
+        cholesky_(pattern_) {
+    Clear();
+  }
+
+  void Clear() {
+    std::fill(values_.begin(), values_.end(), 0);
+    gradient_.setZero(kPoseSize * pattern_.columns());
+  }
+  /// Where row >= column; -1 is what stays.
+  void Add(int row, int column, const Matrix6d& block) {
+    if (column < 0 || row < column) return;
+    const auto begin = pattern_.rows.begin() + pattern_.begin[static_cast<size_t>(column)];
+    const auto end = pattern_.rows.begin() + pattern_.begin[static_cast<size_t>(column) + 1];
+    const auto slot = static_cast<int>(std::lower_bound(begin, end, row) - begin);
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize>>(
+        values_.data() + kBlockValues * static_cast<size_t>(begin - pattern_.rows.begin()),
+        kPoseSize * (end - begin), kPoseSize)
+        .middleRows<kPoseSize>(kPoseSize * slot) += block;
+  }
+  void AddGradient(int row, const Vector6d& gradient) {
+    if (row >= 0) gradient_.segment<kPoseSize>(kPoseSize * row) += gradient;
+  }
+
+  /// Nothing where there is no finite step.
+  std::optional<Eigen::VectorXd> Step() {
+    if (!Factorise()) return std::nullopt;
+    Eigen::Matrix<double, Eigen::Dynamic, 1> step = -gradient_;
+    cholesky_.SolveInPlace(&step);
+    return step.allFinite() ? std::optional<Eigen::VectorXd>(step) : std::nullopt;
+  }
+  /// False where nothing is known of a part.
+  bool Factorise() { return cholesky_.Factorise(values_.data()); }
+  /// A diagonal block of the inverse, once factorised. (Takahashi's recursion, which gives all of
+  /// them at once, loses every digit on a long chain of paces.)
+  Matrix6d Covariance(int block) const {
+    Eigen::Matrix<double, Eigen::Dynamic, kPoseSize> columns =
+        Eigen::Matrix<double, Eigen::Dynamic, kPoseSize>::Zero(gradient_.size(), kPoseSize);
+    columns.middleRows<kPoseSize>(kPoseSize * block).setIdentity();
+    cholesky_.SolveInPlace(&columns);
+    return columns.middleRows<kPoseSize>(kPoseSize * block);
+  }
+
+ private:
+  static constexpr size_t kBlockValues = size_t{kPoseSize} * kPoseSize;
+
+  const BlockPattern pattern_;
+  std::vector<double> values_;
+  Eigen::VectorXd gradient_;
+  BlockCholesky<kPoseSize> cholesky_;
+};
 
 /// A row of the plane at right angles to a bearing.
 Eigen::Matrix<double, 2, 3> TangentOf(const Eigen::Vector3d& bearing) {
@@ -53,12 +112,11 @@ class GapPathSolver {
     for (const PathFrame& frame : problem.frames) {
       cameras_.emplace_back(frame.cam_from_world);
       landmark_active_.emplace_back(frame.landmarks.size(), 1);
-      pose_at_.push_back(frame.is_known ? -1 : size_);
-      if (!frame.is_known) size_ += kPoseSize;
-      pace_at_.push_back(size_);
-      size_ += kPoseSize;
+      pose_at_.push_back(frame.is_known ? -1 : blocks_++);
+      pace_at_.push_back(blocks_++);
     }
     for (const FrameLink& link : problem.links) pair_active_.emplace_back(link.pairs.size(), 1);
+    equations_.emplace(blocks_, Pairs());
     StartPaces();
   }
 
@@ -79,11 +137,7 @@ class GapPathSolver {
 
   std::optional<GapPath> Result() {
     Linearise(false);
-    const Eigen::LLT<Eigen::MatrixXd> factor(hessian_);
-    if (factor.info() != Eigen::Success) return std::nullopt;
-    const Eigen::MatrixXd covariance =
-        factor.solve(Eigen::MatrixXd::Identity(hessian_.rows(), hessian_.cols()));
-    if (!covariance.allFinite()) return std::nullopt;
+    if (!equations_->Factorise()) return std::nullopt;
     GapPath path;
     for (size_t i = 0; i < cameras_.size(); ++i) {
       GapPath::Pose pose{cameras_[i].CamFromWorld()};
@@ -91,9 +145,9 @@ class GapPathSolver {
         // The twist from the left moves the centre by -R and turns the other way.
         Matrix6d by_parameters = -Matrix6d::Identity();
         by_parameters.topLeftCorner<3, 3>() = -pose.cam_from_world.RotationMatrix();
-        pose.covariance = by_parameters *
-                          covariance.block<kPoseSize, kPoseSize>(pose_at_[i], pose_at_[i]) *
-                          by_parameters.transpose();
+        pose.covariance =
+            by_parameters * equations_->Covariance(pose_at_[i]) * by_parameters.transpose();
+        if (!pose.covariance.allFinite()) return std::nullopt;
       }
       pose.landmark_count = Count(landmark_active_[i]);
       path.poses.push_back(pose);
@@ -107,6 +161,24 @@ class GapPathSolver {
  private:
   static int Count(const std::vector<uint8_t>& active) {
     return static_cast<int>(std::count(active.begin(), active.end(), 1));
+  }
+
+  /// The blocks of the equations that are not zero, below the diagonal.
+  std::vector<std::pair<int, int>> Pairs() const {
+    std::vector<std::pair<int, int>> pairs;
+    const auto add = [&pairs](int a, int b) {
+      if (a >= 0 && b >= 0 && a != b) pairs.emplace_back(std::max(a, b), std::min(a, b));
+    };
+    for (size_t i = 0; i < cameras_.size(); ++i) {
+      add(pose_at_[i], pace_at_[i]);
+      if (i + 1 == cameras_.size()) break;
+      for (const int from : {pose_at_[i], pace_at_[i]}) {
+        for (const int to : {pose_at_[i + 1], pace_at_[i + 1]}) add(from, to);
+      }
+    }
+    for (const FrameLink& link : problem_.links)
+      add(pose_at_[static_cast<size_t>(link.a)], pose_at_[static_cast<size_t>(link.b)]);
+    return pairs;
   }
 
   double StepSeconds(size_t i) const {
@@ -129,23 +201,11 @@ class GapPathSolver {
   }
 
   void Linearise(bool robust) {
-    hessian_.setZero(size_, size_);
-    gradient_.setZero(size_);
+    equations_->Clear();
     for (size_t i = 0; i + 1 < cameras_.size(); ++i) AddMotion(i);
     const HuberLoss loss{robust ? options_.chi_square : std::numeric_limits<double>::max()};
     for (size_t i = 0; i < cameras_.size(); ++i) AddLandmarks(i, loss);
     for (size_t i = 0; i < problem_.links.size(); ++i) AddLink(i, loss);
-  }
-
-  /// Adds a product of Jacobians to the block of two parts of the parameters; -1: a part that
-  /// stays.
-  template <typename Block>
-  void AddBlock(int row, int column, const Block& block) {
-    if (row < 0 || column < 0) return;
-    hessian_.block<Block::RowsAtCompileTime, Block::ColsAtCompileTime>(row, column) += block;
-  }
-  void AddGradient(int row, const Vector6d& gradient) {
-    if (row >= 0) gradient_.segment<kPoseSize>(row) += gradient;
   }
 
   void AddMotion(size_t i) {
@@ -158,8 +218,8 @@ class GapPathSolver {
     };
     for (size_t row = 0; row < at.size(); ++row) {
       for (size_t column = 0; column < at.size(); ++column)
-        AddBlock(at[row], at[column], Matrix6d(part(row).transpose() * part(column)));
-      AddGradient(at[row], part(row).transpose() * error);
+        equations_->Add(at[row], at[column], part(row).transpose() * part(column));
+      equations_->AddGradient(at[row], part(row).transpose() * error);
     }
   }
 
@@ -171,9 +231,8 @@ class GapPathSolver {
       const LandmarkError at = LineariseLandmark(pinhole_, cameras_[i], landmarks[k]);
       if (!at.is_usable) continue;
       const double weight = loss.Weight(at.error.squaredNorm());
-      AddBlock(pose_at_[i], pose_at_[i],
-               Matrix6d(weight * at.by_camera.transpose() * at.by_camera));
-      AddGradient(pose_at_[i], weight * at.by_camera.transpose() * at.error);
+      equations_->Add(pose_at_[i], pose_at_[i], weight * at.by_camera.transpose() * at.by_camera);
+      equations_->AddGradient(pose_at_[i], weight * at.by_camera.transpose() * at.error);
     }
   }
 
@@ -206,34 +265,34 @@ class GapPathSolver {
       if (!at) continue;
       const double weight = share * loss.Weight(at->error_px.squaredNorm());
       const Matrix6d mixed = weight * at->by_a.transpose() * at->by_b;
-      AddBlock(a, a, Matrix6d(weight * at->by_a.transpose() * at->by_a));
-      AddBlock(b, b, Matrix6d(weight * at->by_b.transpose() * at->by_b));
-      AddBlock(a, b, mixed);
-      AddBlock(b, a, Matrix6d(mixed.transpose()));
-      AddGradient(a, weight * at->by_a.transpose() * at->error_px);
-      AddGradient(b, weight * at->by_b.transpose() * at->error_px);
+      equations_->Add(a, a, weight * at->by_a.transpose() * at->by_a);
+      equations_->Add(b, b, weight * at->by_b.transpose() * at->by_b);
+      equations_->Add(a, b, mixed);
+      equations_->Add(b, a, mixed.transpose());
+      equations_->AddGradient(a, weight * at->by_a.transpose() * at->error_px);
+      equations_->AddGradient(b, weight * at->by_b.transpose() * at->error_px);
     }
   }
 
   /// The largest change of a parameter; nothing where there is no finite step.
   std::optional<double> Step() {
-    const Eigen::LLT<Eigen::MatrixXd> factor(hessian_);
-    if (factor.info() != Eigen::Success) return std::nullopt;
-    Eigen::VectorXd step = factor.solve(-gradient_);
-    if (!step.allFinite()) return std::nullopt;
+    std::optional<Eigen::VectorXd> step = equations_->Step();
+    if (!step) return std::nullopt;
     double largest_turn = 0;
     for (const int at : pose_at_) {
-      if (at >= 0)
-        largest_turn = std::max(largest_turn, step.segment<3>(at + kOrientationAt).norm());
+      if (at < 0) continue;
+      largest_turn =
+          std::max(largest_turn, step->segment<3>(kPoseSize * at + kOrientationAt).norm());
     }
-    if (largest_turn > kMaxTurnRad) step *= kMaxTurnRad / largest_turn;
+    if (largest_turn > kMaxTurnRad) *step *= kMaxTurnRad / largest_turn;
     for (size_t i = 0; i < cameras_.size(); ++i) {
       MovingCameraStep own = MovingCameraStep::Zero();
-      if (pose_at_[i] >= 0) own.head<kPoseSize>() = step.segment<kPoseSize>(pose_at_[i]);
-      own.tail<kPoseSize>() = step.segment<kPoseSize>(pace_at_[i]);
+      if (pose_at_[i] >= 0)
+        own.head<kPoseSize>() = step->segment<kPoseSize>(kPoseSize * pose_at_[i]);
+      own.tail<kPoseSize>() = step->segment<kPoseSize>(kPoseSize * pace_at_[i]);
       cameras_[i] = Moved(cameras_[i], own);
     }
-    return step.cwiseAbs().maxCoeff();
+    return step->cwiseAbs().maxCoeff();
   }
 
   void Classify() {
@@ -265,11 +324,11 @@ class GapPathSolver {
   const GapPathProblem& problem_;
   const GapPathOptions options_;
   std::vector<MovingCamera> cameras_;
-  std::vector<int> pose_at_, pace_at_;  ///< Of a frame's parameters; -1: its pose is known.
-  int size_ = 0;
+  /// The blocks of a frame's parameters; -1: its pose is known.
+  std::vector<int> pose_at_, pace_at_;
+  int blocks_ = 0;
   std::vector<std::vector<uint8_t>> landmark_active_, pair_active_;
-  Eigen::MatrixXd hessian_;
-  Eigen::VectorXd gradient_;
+  std::optional<PathEquations> equations_;
 };
 
 }  // namespace

@@ -131,6 +131,26 @@ TEST_F(GapPathTest, ErrorsAreAsTheCovariancesSay) {
   EXPECT_GT(squares / (3 * kTrials), 0.1);
 }
 
+TEST_F(GapPathTest, IsLeastSureInTheMiddleOfALongGap) {
+  constexpr int kLong = 200, kSeconds = 20;
+  problem_.frames.clear();
+  for (int i = 0; i <= kLong; ++i) {
+    const bool is_known = i < 2 || i > kLong - 2;
+    problem_.frames.push_back({i / kRate_hz, TruePose(0), is_known, {}});
+  }
+  const GapPath path = Solve();
+  const auto sigma = [&path](int i) {
+    return std::sqrt(path.poses[static_cast<size_t>(i)].covariance(2, 2));
+  };
+  for (int i = 2; i < kLong / 2; ++i) {
+    ASSERT_GT(sigma(i + 1), sigma(i)) << i;
+    ASSERT_NEAR(sigma(i), sigma(kLong - i), 1e-3 * sigma(i)) << "the motion is the same backwards";
+  }
+  // A random walk of pace between two known ends (cubic spline): its variance in the middle.
+  const double expected = std::sqrt(problem_.motion.travel * kSeconds * kSeconds * kSeconds / 192);
+  EXPECT_NEAR(sigma(kLong / 2), expected, 0.05 * expected);
+}
+
 TEST_F(GapPathTest, WithoutImagesThePathIsSmooth) {
   const GapPath path = Solve();
   EXPECT_LT(Worst(path, true), 0.02);
