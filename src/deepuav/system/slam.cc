@@ -139,8 +139,9 @@ SlamResult Slam::Run(ImageSource* images, Schedule schedule, const Progress& pro
 void Slam::ProcessAll(FrameFeed* feed, MappingLane* mapping, bool live, const Progress& progress,
                       const std::function<bool()>& stop, SlamResult* result) {
   RecordKeeper records({options_.min_neighbour_share, options_.max_unlocated_frames,
-                        options_.young_map_frames, options_.full_record_frames,
-                        options_.old_record_landmarks, options_.max_records});
+                        options_.young_map_frames, options_.max_brief_s,
+                        options_.full_record_frames, options_.old_record_landmarks,
+                        options_.max_records});
   try {
     while (true) {
       result->stopped = stop && stop();

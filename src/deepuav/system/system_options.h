@@ -39,9 +39,9 @@ struct SystemOptions {
   int end_reference_tries =
       12;  ///< Keyframes matched to locate a frame at the end; as tracking.reference_tries.
   int max_gap_frames = 30;  ///< Unlocated frames in a row that the end tries to bridge.
-  /// A map that has at most so many frames, between those of another, is taken for a part of it
+  /// A map that lasts at most so long, between the frames of another, is taken for a part of it
   /// that was not known again.
-  int max_brief_frames = 10;
+  double max_brief_s = 15;
   double turned_interval_s =
       0.25;  ///< A lost camera is looked for under other headings at most so often.
   double finish_stopped_s =
@@ -95,9 +95,9 @@ struct SystemOptions {
           "keyframes matched without prediction to locate a frame at the end", Between(1, 100));
     visit("max_gap_frames", max_gap_frames, "",
           "frames without a pose in a row that are tried at the end", Between(0, 1'000'000));
-    visit("max_brief_frames", max_brief_frames, "",
-          "frames of a map between those of another, up to which they are looked for there",
-          Between(0, 1'000'000));
+    visit("max_brief_s", max_brief_s, "s",
+          "that a map between the frames of another lasts, up to which they are looked for there",
+          Between(0, 1e6));
     visit("turned_interval_s", turned_interval_s, "s",
           "between two times that a lost camera is looked for under other headings, which costs "
           "three runs of the network",

@@ -4,12 +4,12 @@
 
 namespace deepuav {
 
-BriefMaps::BriefMaps(Atlas* atlas, KeyframeId first_new_keyframe, int max_frames)
-    : atlas_(atlas),
-      first_new_keyframe_(first_new_keyframe),
-      max_frames_(static_cast<size_t>(max_frames)) {}
+BriefMaps::BriefMaps(Atlas* atlas, KeyframeId first_new_keyframe, double max_s)
+    : atlas_(atlas), first_new_keyframe_(first_new_keyframe), max_s_(max_s) {}
 
 void BriefMaps::SetAside(std::vector<FrameRecord>* records) {
+  PutBack(records);
+  lasting_.clear();
   FindBrief(*records);
   for (auto& [map, brief] : brief_) {
     std::map<FrameId, std::shared_ptr<const Features>> features;
@@ -29,6 +29,13 @@ void BriefMaps::SetAside(std::vector<FrameRecord>* records) {
       (*records)[i] = std::move(lost);
     }
   }
+}
+
+void BriefMaps::PutBack(std::vector<FrameRecord>* records) {
+  for (auto& [map, brief] : brief_) {
+    for (auto& [i, before] : brief.records) (*records)[i] = std::move(before);
+  }
+  brief_.clear();
 }
 
 int BriefMaps::Restore(const TrajectoryFinish& finish, const std::function<bool()>& stop,
@@ -60,14 +67,21 @@ void BriefMaps::FindBrief(const std::vector<FrameRecord>& records) {
   for (size_t i = 0; i < records.size(); ++i) {
     if (records[i].located()) frames[atlas_->Current(records[i].map)].push_back(i);
   }
+  const auto largest = std::max_element(
+      frames.begin(), frames.end(),
+      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  for (auto at = frames.begin(); at != frames.end(); ++at) {
+    const auto& [map, places] = *at;
+    const double lasts_s =
+        SecondsBetween(records[places.front()].time, records[places.back()].time);
+    if (at == largest || lasts_s > max_s_ || !IsNew(map)) lasting_.insert(map);
+  }
   for (const auto& [map, places] : frames) {
-    if (places.size() > max_frames_ || !IsNew(map)) continue;
-    const MapId before = Beside(records, places.front(), -1);
-    const MapId after = Beside(records, places.back(), +1);
+    if (lasting_.contains(map)) continue;
+    const MapId before = LastingBeside(records, places.front(), -1);
+    const MapId after = LastingBeside(records, places.back(), +1);
     const MapId around = before.valid() ? before : after;
     if (!around.valid() || (after.valid() && after != around)) continue;
-    // Between two brief ones neither is where the other belongs.
-    if (frames.at(around).size() <= max_frames_) continue;
     Brief& brief = brief_[map];
     brief.around = around;
     for (const size_t i : places) brief.records.emplace_back(i, records[i]);
@@ -81,12 +95,12 @@ bool BriefMaps::IsNew(MapId map) const {
   return is_new;
 }
 
-MapId BriefMaps::Beside(const std::vector<FrameRecord>& records, size_t i, int step) const {
-  const MapId own = atlas_->Current(records[i].map);
+MapId BriefMaps::LastingBeside(const std::vector<FrameRecord>& records, size_t i, int step) const {
   const auto count = std::ssize(records);
   for (auto k = static_cast<std::ptrdiff_t>(i) + step; k >= 0 && k < count; k += step) {
     const FrameRecord& record = records[static_cast<size_t>(k)];
-    if (record.located() && atlas_->Current(record.map) != own) return atlas_->Current(record.map);
+    if (record.located() && lasting_.contains(atlas_->Current(record.map)))
+      return atlas_->Current(record.map);
   }
   return {};
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -17,12 +18,15 @@ namespace deepuav {
 class BriefMaps {
  public:
   /// Must outlive it. Maps with keyframes from before `first_new_keyframe`, which were loaded, and
-  /// those of more than `max_frames` frames are left as they are.
-  BriefMaps(Atlas* atlas, KeyframeId first_new_keyframe, int max_frames);
+  /// those that last longer than `max_s` are left as they are, as is
+  /// the largest.
+  BriefMaps(Atlas* atlas, KeyframeId first_new_keyframe, double max_s);
 
   /// Takes their poses from the frames of such maps; features are those of their keyframes, where
   /// the frames have none any more.
   void SetAside(std::vector<FrameRecord>* records);
+  /// Makes that undone.
+  void PutBack(std::vector<FrameRecord>* records);
 
   /// Gives the frames that still have no pose the one in their brief map back, as `finish` refines
   /// it, which then looks for lost ones from there; has `mapper` give up the maps of which no frame
@@ -38,13 +42,14 @@ class BriefMaps {
 
   void FindBrief(const std::vector<FrameRecord>& records);
   bool IsNew(MapId map) const;
-  /// Of the frames before or after record i, the next one's with a pose in another map than its
-  /// own; invalid where there is none.
-  MapId Beside(const std::vector<FrameRecord>& records, size_t i, int step) const;
+  /// Of the frames before or after record i, the next one's with a pose in a map that lasts;
+  /// invalid where there is none.
+  MapId LastingBeside(const std::vector<FrameRecord>& records, size_t i, int step) const;
 
   Atlas* atlas_;
   const KeyframeId first_new_keyframe_;
-  const size_t max_frames_;
+  const double max_s_;
+  std::set<MapId> lasting_;
   std::map<MapId, Brief> brief_;
 };
 

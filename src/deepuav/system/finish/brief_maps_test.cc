@@ -14,6 +14,7 @@ constexpr double kBriefScale = 2.5;
 constexpr int kFirstBrief = 11, kLastBrief = 13;  // between keyframes of the other map
 constexpr FeatureNoise kNoise{0.5, 0.3, 0, 30};
 constexpr MapId kAround{0}, kBrief{1};
+constexpr double kBriefS = 0.2;  // more than the frames above last
 
 /// A flight with a map, of which some frames in the middle lie in a map of their own.
 class BriefMapsTest : public testing::Test, protected StraightFlight {
@@ -55,8 +56,8 @@ class BriefMapsTest : public testing::Test, protected StraightFlight {
   }
 
   /// What the end of a run does. How many maps were given up.
-  int Finish(int max_frames, KeyframeId first_new_keyframe = {0}) {
-    BriefMaps brief(&atlas_, first_new_keyframe, max_frames);
+  int Finish(double max_s, KeyframeId first_new_keyframe = {0}) {
+    BriefMaps brief(&atlas_, first_new_keyframe, max_s);
     brief.SetAside(&records_);
     FrameLocator locator(world_.camera(), {}, &matcher_, nullptr);
     const TrajectoryFinish finish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator);
@@ -130,8 +131,39 @@ TEST_F(BriefMapsTest, LostFramesAreLookedForFromWhatStays) {
   }
 }
 
+TEST_F(BriefMapsTest, BothOfTwoInARowAreLookedFor) {
+  const MapId second{2};
+  Map next(second);
+  const KeyframeId id = atlas_.ids().NextKeyframe();
+  next.AddKeyframe(id, FrameAt(kLastBrief), BriefPoseAt(kLastBrief));
+  atlas_.Add(std::move(next));
+  records_[kLastBrief].map = second;
+  records_[kLastBrief].pose = {id, SE3(), 1};
+  EXPECT_EQ(Finish(kBriefS), 2);
+  for (int i = kFirstBrief; i <= kLastBrief; ++i) {
+    EXPECT_EQ(records_[static_cast<size_t>(i)].map, kAround) << i;
+    EXPECT_LT(Error(i), 0.05) << i;
+  }
+}
+
+TEST_F(BriefMapsTest, WhatIsPutBackIsAsItWas) {
+  const std::vector<FrameRecord> before = records_;
+  BriefMaps brief(&atlas_, {0}, kBriefS);
+  brief.SetAside(&records_);
+  EXPECT_FALSE(records_[kFirstBrief].located());
+  brief.SetAside(&records_);  // twice, as after a failure, loses nothing
+  brief.PutBack(&records_);
+  for (size_t i = 0; i < records_.size(); ++i) {
+    EXPECT_EQ(records_[i].map, before[i].map) << i;
+    EXPECT_EQ(records_[i].pose.keyframe, before[i].pose.keyframe) << i;
+    EXPECT_EQ(records_[i].features, before[i].features) << i;
+    EXPECT_EQ(records_[i].seen.size(), before[i].seen.size()) << i;
+  }
+  EXPECT_EQ(Finish(kBriefS), 1) << "and it can be set aside again";
+}
+
 TEST_F(BriefMapsTest, OneThatHeldForLongerIsAMap) {
-  EXPECT_EQ(Finish(2), 0);
+  EXPECT_EQ(Finish(0.01), 0);
   EXPECT_EQ(records_[kFirstBrief].map, kBrief);
 }
 
@@ -149,7 +181,7 @@ TEST_F(BriefMapsTest, OneBetweenTwoMapsStays) {
     records_[i].map = MapId{2};
     records_[i].pose = {id, records_[i].cam_from_world * PoseAt(20).Inverse(), 1};
   }
-  EXPECT_EQ(Finish(10), 0);
+  EXPECT_EQ(Finish(kBriefS), 0);
   EXPECT_EQ(records_[kFirstBrief].map, kBrief);
 }
 

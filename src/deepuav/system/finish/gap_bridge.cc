@@ -58,24 +58,31 @@ int GapBridge::Bridge(std::vector<FrameRecord>* records, const std::function<boo
   const PathGapLimits limits{options_.max_gap_s, options_.max_rim_s, options_.firm_landmarks};
   for (const PathStretch& gap : FindPathGaps(atlas_, *records, limits)) {
     if (stop && stop()) break;
-    placed += BridgeOne(gap, records);
+    placed += BridgeOne(gap, stop, records);
   }
   return placed;
 }
 
-int GapBridge::BridgeOne(const PathStretch& gap, std::vector<FrameRecord>* records) const {
+int GapBridge::BridgeOne(const PathStretch& gap, const std::function<bool()>& stop,
+                         std::vector<FrameRecord>* records) const {
   Stretch stretch = Begin(gap, *records);
-  const auto solve = [&] { return SolveGapPath(sight_.camera.pinhole, stretch.problem, {}); };
+  const auto solve = [&]() -> std::optional<GapPath> {
+    if (stop && stop()) return std::nullopt;
+    return SolveGapPath(sight_.camera.pinhole, stretch.problem, {});
+  };
   const auto& first = (*records)[gap.first];
   const auto stays = [&first](const char* reason) {
     Log().info("frames lost after frame {} stay so: {}", first.id.value, reason);
     return 0;
   };
+  const auto no_path = [&stop] {
+    return stop && stop() ? "the run was stopped" : "no path leads from pose to pose";
+  };
   if (!stretch.problem.motion.usable() || !(stretch.problem.scene.mean > 0))
     return stays("nothing tells how the camera moves");
   std::optional<GapPath> path = solve();
-  if (!path) return stays("no path leads from pose to pose");
-  linker_.Link(*path, stretch.ids, stretch.features, &stretch.problem);
+  if (!path) return stays(no_path());
+  linker_.Link(*path, stretch.ids, stretch.features, stop, &stretch.problem);
   path = solve();
   if (path) {
     linker_.DropDoubtful(*path, &stretch.problem);
@@ -87,7 +94,7 @@ int GapBridge::BridgeOne(const PathStretch& gap, std::vector<FrameRecord>* recor
     LookForLandmarks(*path, radius_px, &stretch);
     path = solve();
   }
-  if (!path) return stays("no path leads from pose to pose");
+  if (!path) return stays(no_path());
   if (Contradicts(stretch, *path)) return stays("before and after contradict each other");
   return Take(stretch, *path, records);
 }

@@ -35,13 +35,15 @@ class GapBridge {
   GapBridge(const GapSight& sight, const GapOptions& options, const Atlas& atlas,
             std::vector<std::shared_ptr<const Features>> features);
 
-  /// Returns how many frames got a pose. `stop` is asked before each stretch.
+  /// Returns how many frames got a pose. Asked to
+  /// `stop`, it leaves the stretch at hand and those after it.
   int Bridge(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
  private:
   struct Stretch;
 
-  int BridgeOne(const PathStretch& gap, std::vector<FrameRecord>* records) const;
+  int BridgeOne(const PathStretch& gap, const std::function<bool()>& stop,
+                std::vector<FrameRecord>* records) const;
   Stretch Begin(const PathStretch& gap, const std::vector<FrameRecord>& records) const;
   /// What is known of a record's pose before images are asked; notes the keyframes near it.
   PathFrame Place(const std::vector<FrameRecord>& records, size_t i, Stretch* stretch) const;

@@ -16,7 +16,7 @@ constexpr double kHeight = 10;
 
 /// A camera that hovers, drifting a little, and turns about by half a turn in two seconds. What it
 /// sees at first and in the end is in the map, what lies between is not.
-SE3 PoseAt(int i) {
+SE3 PoseAt(double i) {
   const double along = std::clamp((i - kTurnStarts) / double{kTurnEnds - kTurnStarts}, 0.0, 1.0);
   const double heading = M_PI * along * along * (3 - 2 * along);
   const Eigen::Vector3d centre(0.05 * std::sin(0.1 * i), 0.05 * std::cos(0.13 * i),
@@ -34,7 +34,8 @@ SyntheticWorld Ground() {
 
 class GapBridgeTest : public testing::Test {
  protected:
-  GapBridgeTest() {
+  /// `slower`: how many times as long all takes, in as many times as many frames.
+  explicit GapBridgeTest(int slower = 1) : slower_(slower) {
     std::vector<SE3> poses;
     for (const int i : {0, kFrames}) {
       for (const double aside : {-1, 0, 1}) {
@@ -46,23 +47,25 @@ class GapBridgeTest : public testing::Test {
     keyframes_ = made.keyframes;
     landmark_of_ = made.landmark_of;
     atlas_.Add(std::move(made.map));
-    for (int i = 0; i < kFrames; ++i) records_.push_back(Tracked(i));
+    for (int i = 0; i < kFrames * slower; ++i) records_.push_back(Tracked(i));
   }
 
+  SE3 TruePose(int i) const { return PoseAt(static_cast<double>(i) / slower_); }
+
   FrameRecord Tracked(int i) {
-    const SyntheticView view = world_.View(PoseAt(i), {0.5, 0.3, 0, 100}, &random_);
+    const SyntheticView view = world_.View(TruePose(i), {0.5, 0.3, 0, 100}, &random_);
     TrackingResult result;
     result.state = TrackingState::kTracking;
-    const KeyframeId near = keyframes_[i < kTurnEnds ? 1 : 4];
+    const KeyframeId near = keyframes_[i < kTurnEnds * slower_ ? 1 : 4];
     const SE3 near_from_world = atlas_.At(MapId{0}).At(near).cam_from_world;
-    result.pose = TrackedPose{MapId{0}, {near, PoseAt(i) * near_from_world.Inverse(), 1}, {}};
+    result.pose = TrackedPose{MapId{0}, {near, TruePose(i) * near_from_world.Inverse(), 1}, {}};
     for (size_t k = 0; k < view.landmark.size(); ++k) {
       if (view.landmark[k] < 0) continue;
       const LandmarkId landmark = landmark_of_[static_cast<size_t>(view.landmark[k])];
       if (landmark.valid()) result.pose->matches.push_back({static_cast<int>(k), landmark});
     }
     FrameRecord record = MakeRecord(FrameOf(1000 + i, view, kNanosecondsAFrame), result);
-    record.cam_from_world = PoseAt(i);
+    record.cam_from_world = TruePose(i);
     record.landmark_count = 200;
     features_.push_back(record.features);
     return record;
@@ -91,10 +94,10 @@ class GapBridgeTest : public testing::Test {
 
   const FrameRecord& At(int i) const { return records_[static_cast<size_t>(i)]; }
   double Distance(int i) const {
-    return (At(i).cam_from_world.InverseTranslation() - PoseAt(i).InverseTranslation()).norm();
+    return (At(i).cam_from_world.InverseTranslation() - TruePose(i).InverseTranslation()).norm();
   }
   double TurnDeg(int i) const {
-    return (At(i).cam_from_world * PoseAt(i).Inverse()).Angle() * 180 / M_PI;
+    return (At(i).cam_from_world * TruePose(i).Inverse()).Angle() * 180 / M_PI;
   }
   int LostBetween(int from, int to) const {
     int lost = 0;
@@ -102,6 +105,7 @@ class GapBridgeTest : public testing::Test {
     return lost;
   }
 
+  const int slower_;
   const FeatureWorld world_{Ground(), 2};
   Random random_{3};
   NearestNeighbourMatcher matcher_{{}};
@@ -126,6 +130,22 @@ TEST_F(GapBridgeTest, ATurnOnTheSpotIsFollowedThroughWhatIsNotInTheMap) {
     EXPECT_GT(sigma, 1e-5);
   }
   EXPECT_FALSE(At(kBlind - 1).inferred);
+}
+
+struct SlowGapBridgeTest : GapBridgeTest {
+  SlowGapBridgeTest() : GapBridgeTest(4) {}
+};
+
+TEST_F(SlowGapBridgeTest, ATurnIsFollowedForAsLongAsItTakes) {
+  const int first = 4 * kBlind, last = 4 * kSees;
+  Lose(first, last);
+  EXPECT_EQ(Bridge(), last - first);
+  for (int i = first; i < last; ++i) {
+    EXPECT_LT(TurnDeg(i), 0.3) << i;
+    EXPECT_LT(Distance(i), 0.02 * kHeight) << i;
+    const Matrix6d covariance = At(i).pose_information.inverse();
+    EXPECT_LT(std::sqrt(covariance.topLeftCorner<3, 3>().trace()), 0.02 * kHeight) << i;
+  }
 }
 
 TEST_F(GapBridgeTest, WhereNothingIsSeenAShortGapIsBridgedAndALongOneNot) {
@@ -204,6 +224,15 @@ TEST_F(GapBridgeTest, AKeyframeStaysUnlessItCannotBeWhereItIs) {
   EXPECT_EQ(Bridge(), kSees - kBlind);
   EXPECT_NEAR(Distance(near), 0.001, 1e-9);
   EXPECT_LT(Distance(far), 0.02 * kHeight);
+}
+
+TEST_F(GapBridgeTest, AskedToStopItLeavesTheStretchAtHand) {
+  Lose(kBlind, kSees);
+  int asked = 0;
+  const GapBridge bridge({world_.camera(), {}, {}, &matcher_}, {}, atlas_, features_);
+  EXPECT_EQ(bridge.Bridge(&records_, [&asked] { return ++asked > 5; }), 0);
+  EXPECT_EQ(LostBetween(kBlind, kSees), kSees - kBlind);
+  EXPECT_LT(asked, 12) << "one a frame, had it gone on";
 }
 
 TEST_F(GapBridgeTest, GapsThatAreTooLongOrAtAnEndOrNotWantedStay) {

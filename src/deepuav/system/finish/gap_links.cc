@@ -10,6 +10,8 @@ namespace deepuav {
 namespace {
 
 constexpr int kRotationTries = 200;
+constexpr size_t kDenseStep = 8;  // frames, up to which each is linked
+constexpr int kMaxPairs = 100;    // of a link: each more costs time and tells little
 constexpr double kToleranceSigmas = 3;
 constexpr double kMaxToleranceRatio = 0.1;  // of the image's width: room beyond says nothing
 
@@ -54,18 +56,24 @@ double GapLinker::TolerancePx(const InverseDepth& scene, const GapPath& path, si
 }
 
 void GapLinker::Link(const GapPath& start, const std::vector<FrameId>& ids,
-                     const FeaturesOfFrames& features, GapPathProblem* problem) const {
+                     const FeaturesOfFrames& features, const std::function<bool()>& stop,
+                     GapPathProblem* problem) const {
   std::vector<PathFrame>& frames = problem->frames;
   std::vector<Eigen::Quaterniond> next_from_frame;
   for (size_t i = 0; i < frames.size(); ++i)
     frames[i].cam_from_world = start.poses[i].cam_from_world;
   for (size_t a = 0; a + 1 < frames.size(); ++a) {
+    if (stop && stop()) return;
     std::optional<Eigen::Quaterniond> turn;
-    for (const size_t b : {a + 1, a + 2}) {
-      if (b >= frames.size() || (frames[a].is_known && frames[b].is_known)) continue;
+    // The farther two are from one another, the fewer lead from one end to the other.
+    for (size_t far = 1; a + far < frames.size(); far *= 2) {
+      if (far > kDenseStep && a % (far / kDenseStep) != 0) break;
+      const size_t b = a + far;
+      if (frames[a].is_known && frames[b].is_known) continue;
       const auto found =
           LinkTwo(a, b, TolerancePx(problem->scene, start, a, b), ids[a], features, problem);
-      if (b == a + 1) turn = found;
+      if (far == 1) turn = found;
+      if (far >= kDenseStep && !found) break;
     }
     next_from_frame.push_back(turn.value_or(frames[a + 1].cam_from_world.rotation() *
                                             frames[a].cam_from_world.rotation().conjugate()));
@@ -97,8 +105,13 @@ std::optional<Eigen::Quaterniond> GapLinker::LinkTwo(size_t a, size_t b, double 
       turn->inlier_count < options_.min_pair_ratio * static_cast<double>(pixels.size()))
     return std::nullopt;
   FrameLink link{static_cast<int>(a), static_cast<int>(b), {}};
+  // Every so many of them, as they lie all over the image.
+  const double keep = std::min(1.0, double{kMaxPairs} / turn->inlier_count);
+  double due = 1;
   for (size_t i = 0; i < pixels.size(); ++i) {
-    if (turn->inlier[i]) link.pairs.push_back({pixels[i].a_px, pixels[i].b_px, sigmas_px[i]});
+    if (!turn->inlier[i]) continue;
+    if (due >= 1) link.pairs.push_back({pixels[i].a_px, pixels[i].b_px, sigmas_px[i]});
+    due += keep - std::floor(due);
   }
   problem->links.push_back(std::move(link));
   return turn->b_from_a;

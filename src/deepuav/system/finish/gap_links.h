@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,10 +26,11 @@ class GapLinker {
   /// `matcher` must outlive it.
   GapLinker(const Camera& camera, Matcher* matcher, const GapOptions& options);
 
-  /// Links neighbours and those next to them, and turns the frames that are not known with the
-  /// links. `start`: the path without links; `ids` and `features`, which may be null: by frame.
+  /// Links neighbours, and frames ever farther from one another as long as both show the same, and
+  /// turns the frames that are not known with the links. `start`: the path without links; `ids` and
+  /// `features`, which may be null: by frame. Asked to `stop`, it leaves it at that.
   void Link(const GapPath& start, const std::vector<FrameId>& ids, const FeaturesOfFrames& features,
-            GapPathProblem* problem) const;
+            const std::function<bool()>& stop, GapPathProblem* problem) const;
   /// Whether enough of a link's pairs agree with the path.
   bool Holds(const GapPathProblem& problem, const GapPath& path, size_t link) const;
   /// Takes the links away that do not hold.

@@ -6,7 +6,7 @@ namespace deepuav {
 
 struct GapOptions {
   bool enabled = true;
-  double max_gap_s = 2;         ///< Between two located frames, at most.
+  double max_gap_s = 20;        ///< Between two located frames, at most.
   double max_unseen_s = 0.5;    ///< Without images that tell how the camera turned, at most.
   double max_rim_s = 1;         ///< On either side, of frames that see few landmarks.
   int firm_landmarks = 100;     ///< Landmarks that a pose rests on; with fewer it may move.

@@ -29,11 +29,11 @@ void RunFinish::Finish(const std::function<bool()>& asked_to_stop, SlamResult* r
   attempt([&] { AdjustAll(stop, result); });
   attempt([&] { LocateDoubtful(stop, &result->frames); });
   attempt([&] { MakeMetricAll(stop, result); });
-  BriefMaps brief(run_.atlas, run_.first_new_keyframe, options_.max_brief_frames);
-  if (!options_.localise_only) attempt([&] { brief.SetAside(&result->frames); });
+  BriefMaps brief(run_.atlas, run_.first_new_keyframe, options_.max_brief_s);
   std::vector<ReckonedFrame> reckoned;
-  attempt([&] { reckoned = BridgeByImu(result); });
+  attempt([&] { reckoned = BridgeByImu(&brief, result); });
   attempt([&] { GeoreferenceAll(stop, result); });
+  if (!options_.localise_only) attempt([&] { brief.SetAside(&result->frames); });
   std::vector<std::shared_ptr<const Features>> features;
   for (const FrameRecord& record : result->frames) features.push_back(record.features);
   attempt([&] { FinishTrajectory(stop, &result->frames); });
@@ -122,7 +122,7 @@ void RunFinish::MakeMetricAll(const Stop& stop, SlamResult* result) const {
   result->inertial = gauge.ApplyToAll(run_.atlas->BySize(), result->frames, stop);
 }
 
-std::vector<ReckonedFrame> RunFinish::BridgeByImu(SlamResult* result) const {
+std::vector<ReckonedFrame> RunFinish::BridgeByImu(BriefMaps* brief, SlamResult* result) const {
   if (result->inertial.empty()) return {};
   const StageScope stage(run_.clock, "inertial");
   const TrajectoryFinish finish = MakeTrajectoryFinish(nullptr);
@@ -131,7 +131,11 @@ std::vector<ReckonedFrame> RunFinish::BridgeByImu(SlamResult* result) const {
       [&finish](const FrameRecord& record) { return finish.RefinedPose(record); }, result->inertial,
       run_.mapper, run_.atlas);
   result->maps_joined_by_imu = bridge.JoinMaps(result->frames);
-  return bridge.Reckon(result->frames);
+  // A brief map may lie in what the samples lead through.
+  brief->SetAside(&result->frames);
+  std::vector<ReckonedFrame> reckoned = bridge.Reckon(result->frames);
+  brief->PutBack(&result->frames);
+  return reckoned;
 }
 
 void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {

@@ -75,7 +75,7 @@ class RunFinish {
   bool RefinesFocalIn(MapId map) const;
   void MakeMetricAll(const Stop& stop, SlamResult* result) const;
   /// Over what the camera did not see, by the inertial sensor: what lies between is for the end.
-  std::vector<ReckonedFrame> BridgeByImu(SlamResult* result) const;
+  std::vector<ReckonedFrame> BridgeByImu(BriefMaps* brief, SlamResult* result) const;
   void GeoreferenceAll(const Stop& stop, SlamResult* result) const;
   TrajectoryFinish MakeTrajectoryFinish(FrameLocator* locator) const;
   FrameLocator MakeThoroughLocator() const;

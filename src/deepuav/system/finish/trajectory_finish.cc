@@ -95,7 +95,8 @@ void TrajectoryFinish::LocateDoubtful(std::vector<FrameRecord>* records,
   const std::map<FrameId, const Keyframe*> keyframes = TrustedKeyframes();
   for (size_t i = 0; i < records->size(); ++i) {
     FrameRecord& record = (*records)[i];
-    if (!record.located() || !record.features || keyframes.contains(record.id)) continue;
+    const bool is_doubtful = record.located() && record.features && !record.is_sure;
+    if (!is_doubtful || keyframes.contains(record.id)) continue;
     if (stop && stop()) return;
     FrameRecord again = record;
     if (!LocateBetween(*records, i, &again) || again.landmark_count <= record.landmark_count)

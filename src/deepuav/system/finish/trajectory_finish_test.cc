@@ -124,6 +124,16 @@ TEST_F(TrajectoryFinishTest, ADoubtfulFrameKeepsItsFeaturesUntilAllIsFinished) {
   EXPECT_FALSE(records_[12].features);
 }
 
+TEST_F(TrajectoryFinishTest, ASureFrameStaysThoughItHasFeatures) {
+  Spoil(12);
+  records_[12].is_sure = true;
+  FrameLocator locator(world_.camera(), {}, &matcher_, nullptr);
+  const TrajectoryFinish finish(world_.camera(), {}, {}, 10, atlas_, KeyframeId{0}, &locator);
+  finish.LocateDoubtful(&records_);
+  EXPECT_EQ(records_[12].landmark_count, 20);
+  EXPECT_EQ(records_[12].features, features_[12]);
+}
+
 TEST_F(TrajectoryFinishTest, AFrameWithoutNeighboursStaysAsItIs) {
   for (size_t i : {11, 13}) {
     Lose(i);

@@ -7,6 +7,7 @@ namespace deepuav {
 void RecordKeeper::Limit(std::vector<FrameRecord>* records) {
   CountInMap(records->back());
   LimitFeatures(records);
+  LimitBrief(records);
   ThinOld(records);
   ForgetOldest(records);
 }
@@ -23,7 +24,10 @@ void RecordKeeper::CountInMap(const FrameRecord& last) {
     newest_map_ = last.map;
     in_newest_map_ = 0;
   }
-  if (last.located()) ++in_newest_map_;
+  if (last.located()) {
+    ++in_newest_map_;
+    begun_.emplace(last.map, last.time);
+  }
   before_is_young_ =
       std::exchange(last_is_young_, last.located() && in_newest_map_ <= limits_.young_map_frames);
 }
@@ -32,14 +36,25 @@ void RecordKeeper::LimitFeatures(std::vector<FrameRecord>* records) {
   const size_t last = records->size() - 1;
   // Only now both neighbours of the frame before are known.
   if (!before_is_young_ && !with_features_.empty() && with_features_.back() + 1 == last &&
-      !SeesLittle(*records, last - 1, limits_.min_neighbour_share)) {
-    (*records)[last - 1].features.reset();
-    with_features_.pop_back();
-  }
+      !SeesLittle(*records, last - 1, limits_.min_neighbour_share))
+    (*records)[last - 1].is_sure = true;
   with_features_.push_back(last);
   if (static_cast<int>(with_features_.size()) <= limits_.max_unlocated_frames) return;
   (*records)[with_features_.front()].features.reset();
   with_features_.pop_front();
+}
+
+void RecordKeeper::LimitBrief(std::vector<FrameRecord>* records) {
+  if (records->size() < 2) return;
+  const FrameRecord& before = (*records)[records->size() - 2];
+  if (!before.is_sure || SecondsBetween(begun_.at(before.map), before.time) <= limits_.max_brief_s)
+    return;
+  std::erase_if(with_features_, [&](size_t i) {
+    FrameRecord& record = (*records)[i];
+    if (!record.is_sure || record.map != before.map) return false;
+    record.features.reset();
+    return true;
+  });
 }
 
 void RecordKeeper::ThinOld(std::vector<FrameRecord>* records) const {

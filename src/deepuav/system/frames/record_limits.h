@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <vector>
 
 #include "deepuav/system/frames/frame_record.h"
@@ -13,6 +14,7 @@ struct RecordLimits {
   double min_neighbour_share = 0;
   int max_unlocated_frames = 0;
   int young_map_frames = 0;
+  double max_brief_s = 0;
   int full_record_frames = 0;
   int old_record_landmarks = 0;
   int max_records = 0;  ///< 0: no limit.
@@ -36,11 +38,15 @@ class RecordKeeper {
   void LimitFeatures(std::vector<FrameRecord>* records);
   /// Counts the frames of the map that the last one is in.
   void CountInMap(const FrameRecord& last);
+  /// Lets go of what was kept in case that the map of the frame before is a brief one, once it is
+  /// not.
+  void LimitBrief(std::vector<FrameRecord>* records);
   void ThinOld(std::vector<FrameRecord>* records) const;
   void ForgetOldest(std::vector<FrameRecord>* records);
 
   const RecordLimits limits_;
   std::deque<size_t> with_features_;  ///< Records that keep their features, by growing index.
+  std::map<MapId, Timestamp> begun_;  ///< When each map had its first frame.
   MapId newest_map_;
   int64_t in_newest_map_ = 0;                             ///< Frames, so far.
   bool last_is_young_ = false, before_is_young_ = false;  ///< Of the two latest records.

@@ -12,6 +12,7 @@ using testing::ElementsAre;
 FrameRecord Located(int64_t id, int landmarks) {
   FrameRecord record;
   record.id = {id};
+  record.time = Timestamp{id * 100'000'000};
   record.map = {0};
   record.landmark_count = landmarks;
   record.seen.resize(static_cast<size_t>(landmarks));
@@ -23,6 +24,7 @@ RecordLimits Limits() {
   return {.min_neighbour_share = 0.5,
           .max_unlocated_frames = 4,
           .young_map_frames = 0,
+          .max_brief_s = 0,
           .full_record_frames = 3,
           .old_record_landmarks = 2,
           .max_records = 0};
@@ -67,6 +69,32 @@ TEST(RecordKeeper, KeepsTheFeaturesOfTheFirstFramesOfEachMap) {
     if (record.features) with_features.push_back(record.id.value);
   }
   EXPECT_THAT(with_features, ElementsAre(0, 1, 2, 6, 7)) << "the one without a pose, and two a map";
+}
+
+TEST(RecordKeeper, KeepsTheFeaturesOfAMapThatMayBeABriefOneUntilItIsNot) {
+  RecordLimits limits = Limits();
+  limits.max_brief_s = 0.45;
+  limits.max_unlocated_frames = 100;
+  RecordKeeper keeper(limits);
+  std::vector<FrameRecord> records;
+  for (int64_t id = 0; id < 12; ++id) {
+    records.push_back(Located(id, 10));
+    if (id == 4) records.back().map = {};
+    if (id > 4) records.back().map = {1};
+    keeper.Limit(&records);
+    if (id == 8) {
+      EXPECT_TRUE(records[6].features) << "so far it has lasted for 0.3 s";
+    }
+  }
+  keeper.End(&records);
+  std::vector<int64_t> with_features, sure;
+  for (const FrameRecord& record : records) {
+    if (!record.features) continue;
+    with_features.push_back(record.id.value);
+    if (record.is_sure) sure.push_back(record.id.value);
+  }
+  EXPECT_THAT(with_features, ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(sure, ElementsAre(0, 1, 2)) << "the others are beside the frame without a pose";
 }
 
 TEST(RecordKeeper, ForgetsEverySecondOfTheOlderHalf) {
