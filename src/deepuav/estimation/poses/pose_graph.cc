@@ -8,7 +8,7 @@
 #include "deepuav/base/error.h"
 #include "deepuav/base/option_check.h"
 #include "deepuav/estimation/poses/reprojection.h"
-#include "deepuav/estimation/solvers/block_cholesky.h"
+#include "deepuav/estimation/solvers/block_values.h"
 #include "deepuav/estimation/solvers/levenberg_damping.h"
 
 namespace deepuav {
@@ -28,7 +28,6 @@ constexpr double kNegligibleCost = 1e-6;
 constexpr double kMinDiagonal = 1e-6;
 
 using Nodes = std::vector<Sim3>;
-using Panel = Eigen::Matrix<double, Eigen::Dynamic, kSize>;
 
 /// An edge that moves a node.
 struct ActiveEdge {
@@ -102,19 +101,18 @@ class PoseGraphSystem {
       : graph_(graph),
         metric_(metric),
         parameters_(fixed_scale ? kScale : kSize),
-        pattern_(graph.Pattern()),
-        factor_(pattern_) {
-    values_.resize(kSize * kSize * pattern_.rows.size());
-    gradient_.resize(kSize * pattern_.columns());
+        hessian_(graph.Pattern()),
+        factor_(hessian_.pattern()) {
+    gradient_.resize(kSize * columns());
   }
 
   void Linearise(const Nodes& nodes) {
-    std::fill(values_.begin(), values_.end(), 0.0);
+    hessian_.Clear();
     gradient_.setZero();
     for (const ActiveEdge& edge : graph_.edges) Accumulate(edge, nodes);
     diagonal_.resize(gradient_.size());
-    for (int i = 0; i < pattern_.columns(); ++i) {
-      diagonal_.segment<kSize>(kSize * i) = Column(i).topRows<kSize>().diagonal();
+    for (int i = 0; i < columns(); ++i) {
+      diagonal_.segment<kSize>(kSize * i) = hessian_.Column(i).topRows<kSize>().diagonal();
     }
   }
 
@@ -122,11 +120,11 @@ class PoseGraphSystem {
   /// definite.
   bool Solve(double damping) {
     const auto damp = diagonal_.cwiseMax(kMinDiagonal);
-    for (int i = 0; i < pattern_.columns(); ++i) {
-      Column(i).topRows<kSize>().diagonal() =
+    for (int i = 0; i < columns(); ++i) {
+      hessian_.Column(i).topRows<kSize>().diagonal() =
           diagonal_.segment<kSize>(kSize * i) + damping * damp.segment<kSize>(kSize * i);
     }
-    if (!factor_.Factorise(values_.data())) return false;
+    if (!factor_.Factorise(hessian_.data())) return false;
     step_ = -gradient_;
     factor_.SolveInPlace(&step_);
     predicted_decrease_ = damping * damp.dot(step_.cwiseAbs2()) - gradient_.dot(step_);
@@ -138,17 +136,7 @@ class PoseGraphSystem {
   double predicted_decrease() const { return predicted_decrease_; }
 
  private:
-  Eigen::Map<Panel> Column(int i) {
-    return {values_.data() + static_cast<size_t>(kSize * kSize) * pattern_.begin[i],
-            kSize * pattern_.blocks(i), kSize};
-  }
-
-  auto BlockAt(int row, int column) {
-    const auto begin = pattern_.rows.begin() + pattern_.begin[column];
-    const auto end = pattern_.rows.begin() + pattern_.begin[column + 1];
-    const auto slot = std::lower_bound(begin, end, row) - begin;
-    return Column(column).middleRows<kSize>(kSize * slot);
-  }
+  int columns() const { return hessian_.pattern().columns(); }
 
   void Accumulate(const ActiveEdge& edge, const Nodes& nodes) {
     PoseGraphResidual residual =
@@ -162,27 +150,26 @@ class PoseGraphSystem {
     const Matrix7d weighted_a = weight * residual.by_a.transpose();
     const Matrix7d weighted_b = weight * residual.by_b.transpose();
     if (edge.free_a >= 0) {
-      BlockAt(edge.free_a, edge.free_a) += weighted_a.lazyProduct(residual.by_a);
+      hessian_.At(edge.free_a, edge.free_a) += weighted_a.lazyProduct(residual.by_a);
       gradient_.segment<kSize>(kSize * edge.free_a) += weighted_a * error;
     }
     if (edge.free_b >= 0) {
-      BlockAt(edge.free_b, edge.free_b) += weighted_b.lazyProduct(residual.by_b);
+      hessian_.At(edge.free_b, edge.free_b) += weighted_b.lazyProduct(residual.by_b);
       gradient_.segment<kSize>(kSize * edge.free_b) += weighted_b * error;
     }
     if (edge.free_a < 0 || edge.free_b < 0) return;
     if (edge.free_a > edge.free_b) {
-      BlockAt(edge.free_a, edge.free_b) += weighted_a.lazyProduct(residual.by_b);
+      hessian_.At(edge.free_a, edge.free_b) += weighted_a.lazyProduct(residual.by_b);
     } else {
-      BlockAt(edge.free_b, edge.free_a) += weighted_b.lazyProduct(residual.by_a);
+      hessian_.At(edge.free_b, edge.free_a) += weighted_b.lazyProduct(residual.by_a);
     }
   }
 
   const ActiveGraph& graph_;
   const Metric& metric_;
   const int parameters_;  ///< Of each node that move, the first ones of its tangent.
-  const BlockPattern pattern_;
+  BlockValues<kSize> hessian_;
   BlockCholesky<kSize> factor_;
-  std::vector<double> values_;  ///< As BlockPattern says.
   Eigen::VectorXd gradient_, diagonal_, step_;
   double predicted_decrease_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "deepuav/base/random.h"
+#include "deepuav/estimation/solvers/block_values.h"
 #include "deepuav/estimation/solvers/selected_inverse.h"
 
 namespace deepuav {
@@ -156,6 +157,18 @@ TEST(BlockCholesky, GivesTheSameBytesOnThreads) {
   const BlockCholesky<kSize>&alone = of_one, &shared = of_three;
   for (int column = 0; column < kColumns; ++column)
     ASSERT_EQ(shared.FactorColumn(column), alone.FactorColumn(column)) << column;
+}
+
+TEST(BlockValues, ABlockLiesWhereThePatternSays) {
+  BlockValues<2> values(BlockPattern::OfPairs(4, {{3, 0}, {2, 0}, {3, 2}}));
+  values.At(3, 0).setConstant(5);
+  values.At(2, 2).setConstant(7);
+  EXPECT_EQ(values.Column(0).sum(), 4 * 5);
+  EXPECT_TRUE((values.Column(0).bottomRows<2>().array() == 5).all()) << "below (0, 0) and (2, 0)";
+  EXPECT_TRUE((values.Column(2).topRows<2>().array() == 7).all());
+  EXPECT_EQ(values.Column(1).sum() + values.Column(3).sum(), 0);
+  values.Clear();
+  EXPECT_EQ(values.Column(0).sum(), 0);
 }
 
 }  // namespace
