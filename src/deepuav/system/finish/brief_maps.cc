@@ -48,6 +48,7 @@ int BriefMaps::Restore(const TrajectoryFinish& finish, const std::function<bool(
       FrameRecord& record = (*records)[i];
       if (record.located()) continue;
       record = std::move(before);
+      record.map = map;  // of which another may have become a part
       record.cam_from_world = finish.RefinedPose(record);
       record.features.reset();
       is_empty = false;
@@ -67,14 +68,10 @@ void BriefMaps::FindBrief(const std::vector<FrameRecord>& records) {
   for (size_t i = 0; i < records.size(); ++i) {
     if (records[i].located()) frames[atlas_->Current(records[i].map)].push_back(i);
   }
-  const auto largest = std::max_element(
-      frames.begin(), frames.end(),
-      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  for (auto at = frames.begin(); at != frames.end(); ++at) {
-    const auto& [map, places] = *at;
+  for (const auto& [map, places] : frames) {
     const double lasts_s =
         SecondsBetween(records[places.front()].time, records[places.back()].time);
-    if (at == largest || lasts_s > max_s_ || !IsNew(map)) lasting_.insert(map);
+    if (map == atlas_->BySize().front() || lasts_s > max_s_ || !IsNew(map)) lasting_.insert(map);
   }
   for (const auto& [map, places] : frames) {
     if (lasting_.contains(map)) continue;

@@ -146,6 +146,23 @@ TEST_F(BriefMapsTest, BothOfTwoInARowAreLookedFor) {
   }
 }
 
+TEST_F(BriefMapsTest, FramesOfOneThatBecameAPartOfAnotherGoBackToThat) {
+  const MapId second{2};
+  Map next(second);
+  const KeyframeId id = atlas_.ids().NextKeyframe();
+  next.AddKeyframe(id, FrameAt(kLastBrief), BriefPoseAt(kLastBrief));
+  atlas_.Add(std::move(next));
+  FrameRecord& joined = records_[kLastBrief];
+  joined.map = second;
+  joined.pose = {id, SE3(), 1};
+  joined.features = std::make_shared<const Features>(
+      RandomFeatures(300, 752, 480, FeatureWorld::kDimension, &random_));
+  Mapper(world_.camera(), {}, &atlas_, nullptr)
+      .Join({second, kBrief, Sim3(), {}, {{id, brief_keyframes_[0], {}}}});
+  EXPECT_EQ(Finish(kBriefS), 0);
+  EXPECT_EQ(joined.map, atlas_.Current(second));
+}
+
 TEST_F(BriefMapsTest, WhatIsPutBackIsAsItWas) {
   const std::vector<FrameRecord> before = records_;
   BriefMaps brief(&atlas_, {0}, kBriefS);

@@ -1,5 +1,6 @@
 #include "deepuav/system/frames/record_limits.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace deepuav {
@@ -7,16 +8,15 @@ namespace deepuav {
 void RecordKeeper::Limit(std::vector<FrameRecord>* records) {
   CountInMap(records->back());
   LimitFeatures(records);
-  LimitBrief(records);
   ThinOld(records);
   ForgetOldest(records);
 }
 
-void RecordKeeper::End(std::vector<FrameRecord>* records) const {
+void RecordKeeper::End(std::vector<FrameRecord>* records) {
   // The last frame has no next one to wait for.
   if (records->empty() || last_is_young_) return;
   if (!SeesLittle(*records, records->size() - 1, limits_.min_neighbour_share))
-    records->back().features.reset();
+    TakeAsSure(records->size() - 1, records);
 }
 
 void RecordKeeper::CountInMap(const FrameRecord& last) {
@@ -37,21 +37,26 @@ void RecordKeeper::LimitFeatures(std::vector<FrameRecord>* records) {
   // Only now both neighbours of the frame before are known.
   if (!before_is_young_ && !with_features_.empty() && with_features_.back() + 1 == last &&
       !SeesLittle(*records, last - 1, limits_.min_neighbour_share))
-    (*records)[last - 1].is_sure = true;
+    TakeAsSure(last - 1, records);
   with_features_.push_back(last);
-  if (static_cast<int>(with_features_.size()) <= limits_.max_unlocated_frames) return;
-  (*records)[with_features_.front()].features.reset();
-  with_features_.pop_front();
+  if (static_cast<int>(with_features_.size()) > limits_.max_unlocated_frames) LetGoOfOne(records);
 }
 
-void RecordKeeper::LimitBrief(std::vector<FrameRecord>* records) {
-  if (records->size() < 2) return;
-  const FrameRecord& before = (*records)[records->size() - 2];
-  if (!before.is_sure || SecondsBetween(begun_.at(before.map), before.time) <= limits_.max_brief_s)
-    return;
-  std::erase_if(with_features_, [&](size_t i) {
-    FrameRecord& record = (*records)[i];
-    if (!record.is_sure || record.map != before.map) return false;
+void RecordKeeper::LetGoOfOne(std::vector<FrameRecord>* records) {
+  auto oldest = std::find_if(with_features_.begin(), with_features_.end(),
+                             [records](size_t i) { return (*records)[i].is_sure; });
+  if (oldest == with_features_.end()) oldest = with_features_.begin();
+  (*records)[*oldest].features.reset();
+  with_features_.erase(oldest);
+}
+
+void RecordKeeper::TakeAsSure(size_t i, std::vector<FrameRecord>* records) {
+  FrameRecord& sure = (*records)[i];
+  sure.is_sure = true;
+  if (SecondsBetween(begun_.at(sure.map), sure.time) <= limits_.max_brief_s) return;
+  std::erase_if(with_features_, [&](size_t k) {
+    FrameRecord& record = (*records)[k];
+    if (!record.is_sure || record.map != sure.map) return false;
     record.features.reset();
     return true;
   });

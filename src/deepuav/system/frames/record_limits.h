@@ -30,7 +30,7 @@ class RecordKeeper {
   /// After every frame that was added to the records.
   void Limit(std::vector<FrameRecord>* records);
   /// After the last.
-  void End(std::vector<FrameRecord>* records) const;
+  void End(std::vector<FrameRecord>* records);
   /// Records that were taken out.
   int64_t forgotten() const { return forgotten_; }
 
@@ -38,9 +38,11 @@ class RecordKeeper {
   void LimitFeatures(std::vector<FrameRecord>* records);
   /// Counts the frames of the map that the last one is in.
   void CountInMap(const FrameRecord& last);
-  /// Lets go of what was kept in case that the map of the frame before is a brief one, once it is
-  /// not.
-  void LimitBrief(std::vector<FrameRecord>* records);
+  /// Of those that are too many, first of one that is sure.
+  void LetGoOfOne(std::vector<FrameRecord>* records);
+  /// Notes that a record is sure; lets go of all that are and in its map, once that is no brief
+  /// one.
+  void TakeAsSure(size_t i, std::vector<FrameRecord>* records);
   void ThinOld(std::vector<FrameRecord>* records) const;
   void ForgetOldest(std::vector<FrameRecord>* records);
 

@@ -36,6 +36,14 @@ std::vector<int64_t> Ids(const std::vector<FrameRecord>& records) {
   return ids;
 }
 
+std::vector<int64_t> IdsWithFeatures(const std::vector<FrameRecord>& records) {
+  std::vector<int64_t> ids;
+  for (const FrameRecord& record : records) {
+    if (record.features) ids.push_back(record.id.value);
+  }
+  return ids;
+}
+
 TEST(RecordKeeper, LetsGoOfTheFeaturesOfSureFrames) {
   RecordKeeper keeper(Limits());
   std::vector<FrameRecord> records;
@@ -64,11 +72,8 @@ TEST(RecordKeeper, KeepsTheFeaturesOfTheFirstFramesOfEachMap) {
     keeper.Limit(&records);
   }
   keeper.End(&records);
-  std::vector<int64_t> with_features;
-  for (const FrameRecord& record : records) {
-    if (record.features) with_features.push_back(record.id.value);
-  }
-  EXPECT_THAT(with_features, ElementsAre(0, 1, 2, 6, 7)) << "the one without a pose, and two a map";
+  EXPECT_THAT(IdsWithFeatures(records), ElementsAre(0, 1, 2, 6, 7))
+      << "the one without a pose, and two a map";
 }
 
 TEST(RecordKeeper, KeepsTheFeaturesOfAMapThatMayBeABriefOneUntilItIsNot) {
@@ -87,14 +92,37 @@ TEST(RecordKeeper, KeepsTheFeaturesOfAMapThatMayBeABriefOneUntilItIsNot) {
     }
   }
   keeper.End(&records);
-  std::vector<int64_t> with_features, sure;
-  for (const FrameRecord& record : records) {
-    if (!record.features) continue;
-    with_features.push_back(record.id.value);
-    if (record.is_sure) sure.push_back(record.id.value);
+  EXPECT_THAT(IdsWithFeatures(records), ElementsAre(0, 1, 2, 3, 4, 5));
+  for (const int64_t id : {0, 1, 2, 3, 5})
+    EXPECT_EQ(records[static_cast<size_t>(id)].is_sure, id < 3) << id << ": beside the lost one";
+}
+
+TEST(RecordKeeper, KeepsAllOfAMapThatIsABriefOneWhenTheRunEnds) {
+  RecordLimits limits = Limits();
+  limits.max_brief_s = 10;
+  limits.max_unlocated_frames = 100;
+  RecordKeeper keeper(limits);
+  std::vector<FrameRecord> records;
+  for (int64_t id = 0; id < 4; ++id) {
+    records.push_back(Located(id, 10));
+    keeper.Limit(&records);
   }
-  EXPECT_THAT(with_features, ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_THAT(sure, ElementsAre(0, 1, 2)) << "the others are beside the frame without a pose";
+  keeper.End(&records);
+  EXPECT_THAT(IdsWithFeatures(records), ElementsAre(0, 1, 2, 3));
+}
+
+TEST(RecordKeeper, LetsGoOfSureFramesBeforeLostOnes) {
+  RecordLimits limits = Limits();
+  limits.max_brief_s = 10;
+  RecordKeeper keeper(limits);
+  std::vector<FrameRecord> records;
+  for (int64_t id = 0; id < 10; ++id) {
+    records.push_back(Located(id, 10));
+    if (id < 2) records.back().map = {};
+    keeper.Limit(&records);
+  }
+  keeper.End(&records);
+  EXPECT_THAT(IdsWithFeatures(records), ElementsAre(0, 1, 2, 9)) << "2 is beside a lost one";
 }
 
 TEST(RecordKeeper, ForgetsEverySecondOfTheOlderHalf) {
