@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "deepuav/estimation/solvers/block_cholesky.h"
+#include "deepuav/estimation/solvers/block_values.h"
 
 namespace deepuav {
 namespace {
@@ -21,26 +21,17 @@ class PathEquations {
  public:
   /// `pairs`: of the blocks, but for the diagonal ones, that are not zero: row > column.
   PathEquations(int blocks, std::vector<std::pair<int, int>> pairs)
-      : pattern_(BlockPattern::OfPairs(blocks, std::move(pairs))),
-        values_(kBlockValues * pattern_.rows.size()),
-        cholesky_(pattern_) {
-    Clear();
-  }
+      : hessian_(BlockPattern::OfPairs(blocks, std::move(pairs))),
+        gradient_(Eigen::VectorXd::Zero(kPoseSize * blocks)),
+        cholesky_(hessian_.pattern()) {}
 
   void Clear() {
-    std::fill(values_.begin(), values_.end(), 0);
-    gradient_.setZero(kPoseSize * pattern_.columns());
+    hessian_.Clear();
+    gradient_.setZero();
   }
-  /// Where row >= column; -1 is what stays.
+  /// Below the diagonal and on it, the rest follows; -1 is what stays.
   void Add(int row, int column, const Matrix6d& block) {
-    if (column < 0 || row < column) return;
-    const auto begin = pattern_.rows.begin() + pattern_.begin[static_cast<size_t>(column)];
-    const auto end = pattern_.rows.begin() + pattern_.begin[static_cast<size_t>(column) + 1];
-    const auto slot = static_cast<int>(std::lower_bound(begin, end, row) - begin);
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kPoseSize>>(
-        values_.data() + kBlockValues * static_cast<size_t>(begin - pattern_.rows.begin()),
-        kPoseSize * (end - begin), kPoseSize)
-        .middleRows<kPoseSize>(kPoseSize * slot) += block;
+    if (column >= 0 && row >= column) hessian_.At(row, column) += block;
   }
   void AddGradient(int row, const Vector6d& gradient) {
     if (row >= 0) gradient_.segment<kPoseSize>(kPoseSize * row) += gradient;
@@ -54,7 +45,7 @@ class PathEquations {
     return step.allFinite() ? std::optional<Eigen::VectorXd>(step) : std::nullopt;
   }
   /// False where nothing is known of a part.
-  bool Factorise() { return cholesky_.Factorise(values_.data()); }
+  bool Factorise() { return cholesky_.Factorise(hessian_.data()); }
   /// A diagonal block of the inverse, once factorised. (Takahashi's recursion, which gives all of
   /// them at once, loses every digit on a long chain of paces.)
   Matrix6d Covariance(int block) const {
@@ -66,10 +57,7 @@ class PathEquations {
   }
 
  private:
-  static constexpr size_t kBlockValues = size_t{kPoseSize} * kPoseSize;
-
-  const BlockPattern pattern_;
-  std::vector<double> values_;
+  BlockValues<kPoseSize> hessian_;
   Eigen::VectorXd gradient_;
   BlockCholesky<kPoseSize> cholesky_;
 };
@@ -141,7 +129,7 @@ class GapPathSolver {
     GapPath path;
     for (size_t i = 0; i < cameras_.size(); ++i) {
       GapPath::Pose pose{cameras_[i].CamFromWorld()};
-      if (pose_at_[i] >= 0) {
+      if (pose_at_[i] >= 0 && options_.covariances) {
         // The twist from the left moves the centre by -R and turns the other way.
         Matrix6d by_parameters = -Matrix6d::Identity();
         by_parameters.topLeftCorner<3, 3>() = -pose.cam_from_world.RotationMatrix();

@@ -52,6 +52,7 @@ struct GapPathOptions {
   double chi_square = 5.991;   ///< As MotionOnlyOptions::chi_square.
   double max_link_weight = 2;  ///< Pairs that a link counts for at most: what follows an edge, or
                                ///< lies on one near thing, errs together.
+  bool covariances = true;     ///< Those of the poses; else they are zero.
 };
 
 struct GapPath {

@@ -16,6 +16,7 @@ namespace deepuav {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
+constexpr int kNearStep = 2;         // frames, between which a link tells how the camera moved
 constexpr int kMinPaceChanges = 10;  // fewer tell no noise of motion: then the whole map's do
 
 /// More than what is known of the path's pose explains.
@@ -66,9 +67,11 @@ int GapBridge::Bridge(std::vector<FrameRecord>* records, const std::function<boo
 int GapBridge::BridgeOne(const PathStretch& gap, const std::function<bool()>& stop,
                          std::vector<FrameRecord>* records) const {
   Stretch stretch = Begin(gap, *records);
-  const auto solve = [&]() -> std::optional<GapPath> {
+  const auto solve = [&](bool covariances) -> std::optional<GapPath> {
     if (stop && stop()) return std::nullopt;
-    return SolveGapPath(sight_.camera.pinhole, stretch.problem, {});
+    GapPathOptions options;
+    options.covariances = covariances;
+    return SolveGapPath(sight_.camera.pinhole, stretch.problem, options);
   };
   const auto& first = (*records)[gap.first];
   const auto stays = [&first](const char* reason) {
@@ -80,19 +83,19 @@ int GapBridge::BridgeOne(const PathStretch& gap, const std::function<bool()>& st
   };
   if (!stretch.problem.motion.usable() || !(stretch.problem.scene.mean > 0))
     return stays("nothing tells how the camera moves");
-  std::optional<GapPath> path = solve();
+  std::optional<GapPath> path = solve(true);
   if (!path) return stays(no_path());
   linker_.Link(*path, stretch.ids, stretch.features, stop, &stretch.problem);
-  path = solve();
+  path = solve(false);
   if (path) {
     linker_.DropDoubtful(*path, &stretch.problem);
-    path = solve();
+    path = solve(false);
   }
   for (const double radius_px :
        {sight_.locator.predicted_radius_px, sight_.locator.local_radius_px}) {
     if (!path) break;
     LookForLandmarks(*path, radius_px, &stretch);
-    path = solve();
+    path = solve(true);
   }
   if (!path) return stays(no_path());
   if (Contradicts(stretch, *path)) return stays("before and after contradict each other");
@@ -247,6 +250,8 @@ std::vector<uint8_t> GapBridge::WhatImagesTell(const Stretch& stretch, const Gap
   for (size_t k = 0; k < stretch.problem.links.size(); ++k) {
     if (!linker_.Holds(stretch.problem, path, k)) continue;
     const FrameLink& link = stretch.problem.links[k];
+    // One that leads farther does not tell what lies on the way.
+    if (link.b - link.a > kNearStep) continue;
     std::fill(step_is_seen.begin() + link.a, step_is_seen.begin() + link.b, 1);
   }
   std::vector<uint8_t> told(frames.size(), 1);

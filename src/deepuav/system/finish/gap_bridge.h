@@ -35,8 +35,8 @@ class GapBridge {
   GapBridge(const GapSight& sight, const GapOptions& options, const Atlas& atlas,
             std::vector<std::shared_ptr<const Features>> features);
 
-  /// Returns how many frames got a pose. Asked to
-  /// `stop`, it leaves the stretch at hand and those after it.
+  /// Returns how many frames got a pose. Asked to `stop`, it leaves the stretch at hand and those
+  /// after it.
   int Bridge(std::vector<FrameRecord>* records, const std::function<bool()>& stop = nullptr) const;
 
  private:

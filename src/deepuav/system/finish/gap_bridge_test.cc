@@ -148,6 +148,14 @@ TEST_F(SlowGapBridgeTest, ATurnIsFollowedForAsLongAsItTakes) {
   }
 }
 
+TEST_F(SlowGapBridgeTest, WhatIsNotSeenOnTheWayStaysLostThoughItsEndsAreLinked) {
+  const int first = 4 * kBlind, last = 4 * kSees, dark = 70, light = 77;
+  Lose(first, last);
+  Blind(dark, light);
+  EXPECT_EQ(Bridge(), last - first - (light - dark));
+  EXPECT_EQ(LostBetween(dark, light), light - dark);
+}
+
 TEST_F(GapBridgeTest, WhereNothingIsSeenAShortGapIsBridgedAndALongOneNot) {
   Lose(4, 6);
   Blind(4, 6);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kRotationTries = 200;
 constexpr size_t kDenseStep = 8;  // frames, up to which each is linked
-constexpr int kMaxPairs = 100;    // of a link: each more costs time and tells little
+constexpr int kMaxPairs = 100;    // of a link, or more if it needs them: each costs time
 constexpr double kToleranceSigmas = 3;
 constexpr double kMaxToleranceRatio = 0.1;  // of the image's width: room beyond says nothing
 
@@ -106,7 +106,8 @@ std::optional<Eigen::Quaterniond> GapLinker::LinkTwo(size_t a, size_t b, double 
     return std::nullopt;
   FrameLink link{static_cast<int>(a), static_cast<int>(b), {}};
   // Every so many of them, as they lie all over the image.
-  const double keep = std::min(1.0, double{kMaxPairs} / turn->inlier_count);
+  const int most = std::max(kMaxPairs, 2 * options_.min_pairs);
+  const double keep = std::min(1.0, static_cast<double>(most) / turn->inlier_count);
   double due = 1;
   for (size_t i = 0; i < pixels.size(); ++i) {
     if (!turn->inlier[i]) continue;
