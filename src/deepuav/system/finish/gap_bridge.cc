@@ -16,7 +16,6 @@ namespace deepuav {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr int kNearStep = 2;         // frames, between which a link tells how the camera moved
 constexpr int kMinPaceChanges = 10;  // fewer tell no noise of motion: then the whole map's do
 
 /// More than what is known of the path's pose explains.
@@ -244,15 +243,9 @@ bool GapBridge::Contradicts(const Stretch& stretch, const GapPath& path) const {
 
 std::vector<uint8_t> GapBridge::WhatImagesTell(const Stretch& stretch, const GapPath& path) const {
   const std::vector<PathFrame>& frames = stretch.problem.frames;
-  std::vector<uint8_t> step_is_seen(frames.size() - 1, 0);
-  for (size_t i = 0; i + 1 < frames.size(); ++i)
-    step_is_seen[i] = !stretch.is_lost[i] && !stretch.is_lost[i + 1];
-  for (size_t k = 0; k < stretch.problem.links.size(); ++k) {
-    if (!linker_.Holds(stretch.problem, path, k)) continue;
-    const FrameLink& link = stretch.problem.links[k];
-    // One that leads farther does not tell what lies on the way.
-    if (link.b - link.a > kNearStep) continue;
-    std::fill(step_is_seen.begin() + link.a, step_is_seen.begin() + link.b, 1);
+  std::vector<uint8_t> step_is_seen = linker_.StepsSeen(stretch.problem, path);
+  for (size_t i = 0; i + 1 < frames.size(); ++i) {
+    if (!stretch.is_lost[i] && !stretch.is_lost[i + 1]) step_is_seen[i] = 1;
   }
   std::vector<uint8_t> told(frames.size(), 1);
   for (size_t i = 0; i < step_is_seen.size();) {

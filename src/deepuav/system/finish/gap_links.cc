@@ -12,6 +12,7 @@ namespace {
 constexpr int kRotationTries = 200;
 constexpr size_t kDenseStep = 8;  // frames, up to which each is linked
 constexpr int kMaxPairs = 100;    // of a link, or more if it needs them: each costs time
+constexpr int kNearStep = 2;      // frames, between which a link tells how the camera moved
 constexpr double kToleranceSigmas = 3;
 constexpr double kMaxToleranceRatio = 0.1;  // of the image's width: room beyond says nothing
 
@@ -122,6 +123,18 @@ bool GapLinker::Holds(const GapPathProblem& problem, const GapPath& path, size_t
   const int agreeing = path.link_inlier_count[link];
   const auto all = static_cast<double>(problem.links[link].pairs.size());
   return agreeing >= options_.min_pairs && agreeing >= options_.min_pair_ratio * all;
+}
+
+std::vector<uint8_t> GapLinker::StepsSeen(const GapPathProblem& problem,
+                                          const GapPath& path) const {
+  std::vector<uint8_t> is_seen(problem.frames.size() - 1, 0);
+  for (size_t k = 0; k < problem.links.size(); ++k) {
+    const FrameLink& link = problem.links[k];
+    // One that leads farther does not tell what lies on the way.
+    if (link.b - link.a > kNearStep || !Holds(problem, path, k)) continue;
+    std::fill(is_seen.begin() + link.a, is_seen.begin() + link.b, 1);
+  }
+  return is_seen;
 }
 
 void GapLinker::DropDoubtful(const GapPath& path, GapPathProblem* problem) const {

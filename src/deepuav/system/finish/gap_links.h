@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -33,6 +34,8 @@ class GapLinker {
             const std::function<bool()>& stop, GapPathProblem* problem) const;
   /// Whether enough of a link's pairs agree with the path.
   bool Holds(const GapPathProblem& problem, const GapPath& path, size_t link) const;
+  /// By step from one frame to the next: whether a link between near frames tells it, and holds.
+  std::vector<uint8_t> StepsSeen(const GapPathProblem& problem, const GapPath& path) const;
   /// Takes the links away that do not hold.
   void DropDoubtful(const GapPath& path, GapPathProblem* problem) const;
 
