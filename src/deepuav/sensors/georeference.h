@@ -18,9 +18,9 @@ struct GeoreferenceOptions {
   double outlier_sigmas = 4;       ///< Distance of an outlier, over the spread of the others.
   double max_scale_sigma = 0.1;    ///< Standard deviation of the scale, as a share of it.
   double max_turn_sigma_deg = 10;  ///< Of the map's orientation, about any axis.
-  double level_sigma_deg = 5;  ///< How level the camera's x axis is taken to be, in the mean of a
-                               ///< flight.
-  double max_gap_s = 2;        ///< Of path and fixes, to interpolate in.
+  double level_sigma_deg = 5;      ///< How level the camera's x axes are taken to be, all together.
+  double max_gap_s = 2;            ///< Of path and fixes, to interpolate in.
+  double join_max_sigma_m = 10;  ///< Of where fixes have what two maps show, that become one by it.
   double running_window_s = 240;  ///< Latest part of fixes by which it is told while it grows...
   double running_pose_interval_s = 0.25;  ///< ...from poses that are so far apart...
   double running_wait_s = 2;              ///< ...tried so often until something is found...
@@ -43,9 +43,13 @@ struct GeoreferenceOptions {
     visit("max_turn_sigma_deg", max_turn_sigma_deg, "deg",
           "the same of the orientation, about any axis", Above(0, 180));
     visit("level_sigma_deg", level_sigma_deg, "deg",
-          "how level the camera's horizontal axis is taken to be, in the mean of a flight",
+          "how level the camera's horizontal axes are taken to be, all together",
           Between(0.001, 180));
     visit("max_gap_s", max_gap_s, "s", "longest gap of path or fixes that is interpolated",
+          Between(0, 1e6));
+    visit("join_max_sigma_m", join_max_sigma_m, "m",
+          "maps that fixes have put on Earth become one where these tell to so much, as a standard "
+          "deviation, where what each shows lies; 0: never",
           Between(0, 1e6));
     visit("running_window_s", running_window_s, "s",
           "latest part of the fixes by which a place is told while the run goes on",

@@ -66,10 +66,8 @@ GeoreferenceRefinement::Normal GeoreferenceRefinement::Linearise(
     const PathEstimate& estimate, const std::vector<Eigen::Vector3d>& per_sigma) const {
   Normal normal;
   const Sim3& local = estimate.local_from_world;
-  Eigen::Vector3d side = Eigen::Vector3d::Zero();  // The mean of the cameras' x axes.
   for (size_t i = 0; i < positions_.size(); ++i) {
     const SE3& camera = positions_[i].camera.world_from_cam;
-    side += local.rotation() * (camera.rotation() * Eigen::Vector3d::UnitX());
     if (per_sigma[i].isZero()) continue;
     Eigen::Matrix<double, 3, 8> jacobian;
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // A clock that is known does not move.
@@ -84,18 +82,15 @@ GeoreferenceRefinement::Normal GeoreferenceRefinement::Linearise(
         per_sigma[i].asDiagonal() * jacobian,
         per_sigma[i].cwiseProduct(AntennaResidual(estimate, positions_[i], antenna_cam_m_)));
   }
-  AddPriors(estimate, side / static_cast<double>(positions_.size()), &normal);
+  AddPriors(estimate, &normal);
   return normal;
 }
 
-void GeoreferenceRefinement::AddPriors(const PathEstimate& estimate, const Eigen::Vector3d& side,
-                                       Normal* normal) const {
+void GeoreferenceRefinement::AddPriors(const PathEstimate& estimate, Normal* normal) const {
   if (known_.orientation) {
     AddOrientation(*known_.orientation, estimate.local_from_world, normal);
   } else {
-    Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
-    level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / level_sigma_;
-    normal->Add<1>(level, Vector1d(side.z() / level_sigma_));
+    AddLevels(estimate.local_from_world, normal);
   }
   Eigen::Matrix<double, 1, 8> offset = Eigen::Matrix<double, 1, 8>::Zero();
   const double per_sigma = clock_.sigma_s > 0 ? 1 / clock_.sigma_s : 1e6;
@@ -103,6 +98,19 @@ void GeoreferenceRefinement::AddPriors(const PathEstimate& estimate, const Eigen
   const double away_s = placed_offset_s_ + estimate.clock_shift_s - clock_.offset_s;
   normal->Add<1>(offset, Vector1d(per_sigma * away_s));
   if (known_.metric) AddMetric(*known_.metric, estimate.local_from_world, normal);
+}
+
+/// That each camera's x axis is level, all together as sure as one: the axes' mean would say
+/// nothing of a flight there and back.
+void GeoreferenceRefinement::AddLevels(const Sim3& local_from_world, Normal* normal) const {
+  const double sigma = level_sigma_ * std::sqrt(static_cast<double>(positions_.size()));
+  for (const PositionOnPath& at : positions_) {
+    const Eigen::Vector3d side = local_from_world.rotation() *
+                                 (at.camera.world_from_cam.rotation() * Eigen::Vector3d::UnitX());
+    Eigen::Matrix<double, 1, 8> level = Eigen::Matrix<double, 1, 8>::Zero();
+    level.segment<3>(kTurn) = side.cross(Eigen::Vector3d::UnitZ()).transpose() / sigma;
+    normal->Add<1>(level, Vector1d(side.z() / sigma));
+  }
 }
 
 void GeoreferenceRefinement::AddMetric(const MetricPrior& known, const Sim3& local_from_world,

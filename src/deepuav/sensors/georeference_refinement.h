@@ -31,7 +31,8 @@ class GeoreferenceRefinement {
 
   Normal Linearise(const PathEstimate& estimate,
                    const std::vector<Eigen::Vector3d>& per_sigma) const;
-  void AddPriors(const PathEstimate& estimate, const Eigen::Vector3d& side, Normal* normal) const;
+  void AddPriors(const PathEstimate& estimate, Normal* normal) const;
+  void AddLevels(const Sim3& local_from_world, Normal* normal) const;
   static void AddMetric(const MetricPrior& known, const Sim3& local_from_world, Normal* normal);
   static void AddOrientation(const OrientationPrior& known, const Sim3& local_from_world,
                              Normal* normal);

@@ -183,6 +183,23 @@ TEST_F(GeoreferenceTest, AStraightFlightIsToldByALevelCameraOnly) {
   EXPECT_GT(attempt.found->turn_sigma_rad(), 0.05);
 }
 
+TEST_F(GeoreferenceTest, AFlightThereAndBackIsToldByALevelCamera) {
+  for (TimedPose& pose : flight_) {
+    const double t = SecondsBetween(flight_.front().time, pose.time);
+    const bool there = t < 30;
+    pose.world_from_cam =
+        SE3(RotationExp({0, 0, there ? -M_PI / 2 : M_PI / 2}) * RotationExp({-M_PI / 2, 0, 0}),
+            Eigen::Vector3d(5 * (there ? t : 60 - t), 0, 0));
+  }
+  fixes_ = FixesOf(flight_, 0.5, &random_);
+  const auto attempt = Find();
+  ASSERT_TRUE(attempt.found) << attempt.reason;
+  EXPECT_NEAR(attempt.found->turn_sigma_rad(), options_.level_sigma_deg * M_PI / 180, 0.02);
+  const Eigen::Vector3d up = attempt.found->local_from_world.rotation() *
+                             (kMapFromLocal.rotation() * Eigen::Vector3d::UnitZ());
+  EXPECT_GT(up.z(), 0.99);
+}
+
 TEST_F(GeoreferenceTest, ANearlyStraightFlightComesOutUpright) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);
@@ -269,27 +286,6 @@ TEST_F(GeoreferenceTest, ErrorsOfFixesByTheCarriersPhaseDoNotLast) {
   const auto unstated = Find();
   ASSERT_TRUE(unstated.found) << unstated.reason;
   EXPECT_GT(unstated.found->fixes_per_independent, 100);
-}
-
-TEST(PlaceOnPath, FixesThatComeMoreOftenAreInterpolated) {
-  const Trajectory path{{AtSeconds(0), SE3()}, {AtSeconds(3), SE3()}, {AtSeconds(6), SE3()}};
-  std::vector<LocalFix> fixes;
-  for (int i = 0; i < 60; ++i)
-    fixes.push_back(
-        {AtSeconds(0.1 * i + 0.05), Eigen::Vector3d(0.1 * i, 0, 0), Eigen::Vector3d::Ones()});
-  const auto placed = PlaceOnPath(path, fixes, 0, 2);
-  ASSERT_EQ(placed.size(), 1u);  // Nothing is extrapolated.
-  EXPECT_NEAR(placed[0].position_m.x(), 2.95, 1e-9);
-}
-
-TEST(PlaceOnPath, ALongGapIsNotBridged) {
-  Trajectory path;
-  for (int i = 0; i < 10; ++i) path.push_back({AtSeconds(i < 5 ? i * 0.1 : 10 + i * 0.1), SE3()});
-  const std::vector<LocalFix> fixes{
-      {AtSeconds(0.25), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
-      {AtSeconds(5), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
-      {AtSeconds(10.75), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()}};
-  EXPECT_EQ(PlaceOnPath(path, fixes, 0, 2).size(), 2u);
 }
 
 }  // namespace

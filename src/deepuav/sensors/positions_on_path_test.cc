@@ -44,5 +44,24 @@ TEST(PositionsAt, AddTheOffsetToTheFixesTimes) {
   EXPECT_TRUE(positions[0]->isApprox(Eigen::Vector3d(4, 0, 0)));
 }
 
+TEST(PlaceOnPath, FixesThatComeMoreOftenAreInterpolated) {
+  const Trajectory path{{At(0), SE3()}, {At(3), SE3()}, {At(6), SE3()}};
+  std::vector<LocalFix> fixes;
+  for (int i = 0; i < 60; ++i)
+    fixes.push_back({At(0.1 * i + 0.05), Eigen::Vector3d(0.1 * i, 0, 0), Eigen::Vector3d::Ones()});
+  const auto placed = PlaceOnPath(path, fixes, 0, 2);
+  ASSERT_EQ(placed.size(), 1u);  // Nothing is extrapolated.
+  EXPECT_NEAR(placed[0].position_m.x(), 2.95, 1e-9);
+}
+
+TEST(PlaceOnPath, ALongGapIsNotBridged) {
+  Trajectory path;
+  for (int i = 0; i < 10; ++i) path.push_back({At(i < 5 ? i * 0.1 : 10 + i * 0.1), SE3()});
+  const std::vector<LocalFix> fixes{{At(0.25), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
+                                    {At(5), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()},
+                                    {At(10.75), Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()}};
+  EXPECT_EQ(PlaceOnPath(path, fixes, 0, 2).size(), 2u);
+}
+
 }  // namespace
 }  // namespace deepuav

@@ -23,7 +23,7 @@ struct SlamResult {
   int skipped_late = 0;          ///< Images left out by the live schedule.
   int64_t forgotten_frames = 0;  ///< Not in `frames` any more: SystemOptions::max_records.
   int relocalisations = 0, closed_loops = 0, merged_maps = 0;
-  int maps_joined_by_imu = 0;
+  int maps_joined_by_imu = 0, maps_joined_by_fixes = 0;
   int maps_given_up = 0;            ///< As all their frames found a place in another: BriefMaps.
   int64_t landmarks_set_aside = 0;  ///< Removed, as they seemed to lie on things that move.
   ImageRegion image_fixed;  ///< Where the image shows what is fixed to the camera, at the end.

@@ -217,6 +217,7 @@ Json Summary(const Atlas& atlas, const SlamResult& result, const RunFacts& facts
                   {"closed_loops", result.closed_loops},
                   {"merged_maps", result.merged_maps},
                   {"maps_joined_by_imu", result.maps_joined_by_imu},
+                  {"maps_joined_by_fixes", result.maps_joined_by_fixes},
                   {"maps_given_up", result.maps_given_up},
                   {"doubtful_photographs", result.doubtful_photographs},
                   {"landmarks_set_aside", result.landmarks_set_aside},

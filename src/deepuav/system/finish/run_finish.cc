@@ -7,6 +7,7 @@
 #include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/finish/gap_bridge.h"
 #include "deepuav/system/finish/path_smoothing.h"
+#include "deepuav/system/sensors/placed_maps.h"
 
 namespace deepuav {
 
@@ -149,6 +150,8 @@ void RunFinish::GeoreferenceAll(const Stop& stop, SlamResult* result) const {
   result->georeferences = georeferencing.ApplyToAll(
       run_.atlas->BySize(), result->frames, &run_.camera->pinhole,
       [this](MapId map) { return RefinesFocalIn(map) || FixesMayTellFocalIn(map); }, stop);
+  result->maps_joined_by_fixes = JoinPlacedMaps(options_.sensors.georeference.join_max_sigma_m,
+                                                &result->georeferences, run_.mapper, run_.atlas);
 }
 
 TrajectoryFinish RunFinish::MakeTrajectoryFinish(FrameLocator* locator) const {

@@ -13,6 +13,7 @@
 #include "deepuav/system/finish/calibration_correction.h"
 #include "deepuav/system/frames/frame_feed.h"
 #include "deepuav/system/sensors/georeferencing.h"
+#include "deepuav/system/sensors/placed_maps.h"
 #include "deepuav/system/watching/stage_clock.h"
 
 namespace deepuav {
@@ -150,6 +151,8 @@ void GeoreferenceSurvey(const SensorStreams& sensors, const SystemOptions& optio
   run->result.georeferences = georeferencing.ApplyToAll(
       atlas.Remaining(), run->result.frames, &pinhole,
       [&](MapId map) { return refines && map == largest; }, stop);
+  run->result.maps_joined_by_fixes = JoinPlacedMaps(options.sensors.georeference.join_max_sigma_m,
+                                                    &run->result.georeferences, &mapper, &atlas);
   ScaleFocalLength(pinhole, &camera);
   for (FrameRecord& record : run->result.frames) {
     if (record.located()) record.cam_from_world = atlas.At(record.map).PoseOf(record.pose);
